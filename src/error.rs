@@ -1,0 +1,55 @@
+//! The one error type: every variant names the pass, buffer, topic, file or key at fault.
+
+use std::path::PathBuf;
+
+/// Result of limpid's fallible functions.
+pub type Result<T, E = Error> = std::result::Result<T, E>;
+
+/// Everything that can go wrong, each with what it concerns and, where there is one, the mend.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// A file or folder could not be read or written.
+    #[error("{path}: {source}", path = path.display())]
+    File {
+        /// The file or folder.
+        path: PathBuf,
+        /// What the operating system said.
+        source: std::io::Error,
+    },
+    /// A file was read but its content is not what its format asks for.
+    #[error("{path}: {reason}", path = path.display())]
+    Format {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        reason: String,
+    },
+    /// A message, image or field of a recording does not decode.
+    #[error("{what}: {reason}")]
+    Decode {
+        /// The message type, encoding or field.
+        what: String,
+        /// What is wrong with it.
+        reason: String,
+    },
+    /// A configuration key has an impossible value or does not exist.
+    #[error("configuration key `{key}`: {reason}")]
+    Config {
+        /// The key as written in the YAML file.
+        key: String,
+        /// What is wrong and what would be right.
+        reason: String,
+    },
+    /// A configuration file is not valid YAML; the text holds line, column and a snippet.
+    #[error("configuration: {0}")]
+    Yaml(String),
+}
+
+impl Error {
+    /// An [`Error::File`] for `path`, for use with `map_err`.
+    pub fn file(path: impl Into<PathBuf>) -> impl FnOnce(std::io::Error) -> Self {
+        let path = path.into();
+        move |source| Self::File { path, source }
+    }
+}

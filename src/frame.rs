@@ -1,0 +1,94 @@
+//! What the pipeline gives for one frame.
+
+use crate::geometry::Rigid;
+
+/// Grid geometry: cell (0, 0) has its corner at the origin; row 0 is the smallest y.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Grid {
+    /// x of the corner of cell (0, 0) in the map frame, metres; a multiple of the resolution.
+    pub origin_x_m: f64,
+    /// y of the corner of cell (0, 0) in the map frame, metres; a multiple of the resolution.
+    pub origin_y_m: f64,
+    /// Side of a cell, metres.
+    pub resolution_m: f64,
+    /// Cells along x.
+    pub width: u32,
+    /// Cells along y.
+    pub height: u32,
+}
+
+/// Counts of one frame, from the GPU.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize)]
+pub struct Counters {
+    /// Pixels of the depth image.
+    pub pixels: u32,
+    /// Pixels with a depth in the method's range.
+    pub valid: u32,
+    /// Pixels with reliability of at most tau, holes included.
+    pub low_reliability: u32,
+    /// Pixels that marked a cell.
+    pub hits: u32,
+    /// Cells marked.
+    pub hit_cells: u32,
+    /// Cells seen through.
+    pub seen_through_cells: u32,
+    /// Cells in the occupied state.
+    pub occupied_cells: u32,
+    /// Cells in the free state.
+    pub free_cells: u32,
+}
+
+/// Images of one frame on the depth grid, row-major from the top left; read back on request.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FrameImages {
+    /// Pixels.
+    pub width: u32,
+    /// Pixels.
+    pub height: u32,
+    /// Metres; 0 where the method has no depth.
+    pub depth_m: Vec<f32>,
+    /// R in [0, 1]; 0 where there is no depth.
+    pub reliability: Vec<f32>,
+    /// RGB colour at the depth pixels, `3 * width * height` bytes; black where the colour camera does not see.
+    pub color: Option<Vec<u8>>,
+}
+
+/// Grids of one frame, row 0 = smallest y; read back on request.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FrameLayers {
+    /// e of spec 1 §3 in [0, 1]; -1 where the cell was not observed.
+    pub evidence: Vec<f32>,
+    /// p of spec 1 §3 in [0, 1]; 0 for cells never observed.
+    pub occupancy: Vec<f32>,
+    /// 1 in the occupied state, else 0.
+    pub occupied: Vec<f32>,
+}
+
+/// One frame's result.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FrameOutput {
+    /// Number of the depth image in the recording.
+    pub index: u64,
+    /// Stamp of the oldest sensor data used, nanoseconds.
+    pub stamp_ns: u64,
+    /// Robot base in the map.
+    pub map_from_base: Rigid,
+    /// Depth camera's optical frame in the base.
+    pub base_from_camera: Rigid,
+    /// Geometry of the grids.
+    pub grid: Grid,
+    /// Nav2 costs (0 free, 1..=252, 253 inscribed, 254 lethal, 255 unknown), row 0 = smallest y.
+    pub costmap: Vec<u8>,
+    /// Counts.
+    pub counters: Counters,
+    /// Share of pixels of low reliability (spec 1 §5).
+    pub low_reliability_fraction: f64,
+    /// Whether that share is above `degraded_fraction`.
+    pub degraded: bool,
+    /// Images, when they were asked for.
+    pub images: Option<FrameImages>,
+    /// Grids beside the costmap, when they were asked for.
+    pub layers: Option<FrameLayers>,
+    /// GPU time per pass in milliseconds, in order, when profiling.
+    pub pass_ms: Vec<(String, f64)>,
+}

@@ -1,0 +1,12 @@
+//! limpid turns RGB-D frames into a navigation costmap that can be trusted around glare,
+//! with WGSL compute shaders on any GPU that wgpu reaches.
+
+pub mod camera;
+pub mod config;
+pub mod error;
+pub mod frame;
+pub mod geometry;
+pub mod recording;
+
+pub use config::Config;
+pub use error::{Error, Result};

@@ -1,0 +1,3 @@
+//! One test binary: truth first (analytic scenes, other programs), then plain scalar twins.
+
+mod support;
