@@ -169,7 +169,8 @@ struct NodeFile {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct NodeParameters {
-    ros__parameters: Config,
+    #[serde(rename = "ros__parameters")]
+    ros_parameters: Config,
 }
 
 impl Config {
@@ -193,7 +194,7 @@ impl Config {
         let config = if text.lines().all(|line| line.trim().is_empty() || line.trim().starts_with('#')) {
             Self::default()
         } else if wrapped {
-            serde_saphyr::from_str::<NodeFile>(text).map_err(yaml_error)?.limpid.ros__parameters
+            serde_saphyr::from_str::<NodeFile>(text).map_err(yaml_error)?.limpid.ros_parameters
         } else {
             serde_saphyr::from_str(text).map_err(yaml_error)?
         };
@@ -288,8 +289,7 @@ impl Config {
             ("depth_min_m", self.depth_min_m, "depth_max_m", self.depth_max_m),
             ("depth_min_m", self.depth_min_m, "range_gate_m", self.range_gate_m),
         ] {
-            // Written so that NaN fails too.
-            if !(low < high) {
+            if low.partial_cmp(&high) != Some(std::cmp::Ordering::Less) {
                 return Err(bad_key(low_key, format!("{low} is not below `{high_key}` = {high}")));
             }
         }
