@@ -44,6 +44,66 @@ pub enum Error {
     /// A configuration file is not valid YAML; the text holds line, column and a snippet.
     #[error("configuration: {0}")]
     Yaml(String),
+    /// A WGSL file does not parse or breaks a rule of the house.
+    #[error("shader `{pass}`: {reason}")]
+    Shader {
+        /// The pass.
+        pass: String,
+        /// naga's message or the rule.
+        reason: String,
+    },
+    /// The plan of a frame is wrong.
+    #[error("plan: `{pass}` {reason}")]
+    Plan {
+        /// The pass or buffer at fault.
+        pass: String,
+        /// What is wrong.
+        reason: String,
+    },
+    /// No adapter can run limpid.
+    #[error(
+        "no GPU adapter{wanted}. Found: {found}. Install a Vulkan driver; without a GPU Mesa's lavapipe does \
+         (Debian and Ubuntu: apt-get install mesa-vulkan-drivers)"
+    )]
+    NoAdapter {
+        /// The name asked for, with a leading word, or nothing.
+        wanted: String,
+        /// What there is.
+        found: String,
+    },
+    /// The adapter offers less than the plan needs.
+    #[error("adapter `{adapter}` has {limit} {available}, and {needed} is needed; {mend}")]
+    Limit {
+        /// The adapter.
+        adapter: String,
+        /// Name of the limit.
+        limit: &'static str,
+        /// What it offers.
+        available: u64,
+        /// What the plan needs.
+        needed: u64,
+        /// What to do about it.
+        mend: &'static str,
+    },
+    /// The driver or wgpu refused an operation.
+    #[error("GPU, {what}: {reason}")]
+    Gpu {
+        /// The pass, buffer or operation.
+        what: String,
+        /// What wgpu said.
+        reason: String,
+    },
+    /// The device went away; the pipeline must be built anew.
+    #[error("GPU device lost: {0}")]
+    DeviceLost(String),
+    /// An input's size or type is not what the pipeline was built for.
+    #[error("frame input `{what}`: {reason}")]
+    Input {
+        /// The buffer or image.
+        what: String,
+        /// What was expected and what came.
+        reason: String,
+    },
 }
 
 impl Error {

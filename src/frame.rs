@@ -1,6 +1,22 @@
-//! What the pipeline gives for one frame.
+//! What the pipeline is asked for, and what it gives for one frame.
 
+use crate::camera::CameraModel;
 use crate::geometry::Rigid;
+
+/// What a pipeline runs on and what it reads back beside the costmap.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Options {
+    /// Part of the adapter's name; `None`: `LIMPID_ADAPTER`, else the best.
+    pub adapter: Option<String>,
+    /// Whether passes are timed.
+    pub profiling: bool,
+    /// Whether depth, reliability and colour images are read back.
+    pub images: bool,
+    /// Whether the grids beside the costmap are read back.
+    pub layers: bool,
+    /// Calibration of the colour images, where they are to be read back too.
+    pub color: Option<CameraModel>,
+}
 
 /// Grid geometry: cell (0, 0) has its corner at the origin; row 0 is the smallest y.
 #[derive(Debug, Clone, Copy, PartialEq)]

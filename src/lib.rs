@@ -6,7 +6,11 @@ pub mod config;
 pub mod error;
 pub mod frame;
 pub mod geometry;
+pub mod gpu;
+pub mod pipeline;
+mod receive;
 pub mod recording;
+pub mod stage;
 
 pub use config::Config;
 pub use error::{Error, Result};

@@ -1,0 +1,36 @@
+// Moves the window by whole cells: cells that stay keep their state, new ones start unknown; clears the frame's sums.
+// spec 1 §3 (local map).
+struct MoveWindowParams {
+    side: u32,
+    origin_slot_x: u32,     // slot of window cell (0, 0)
+    origin_slot_y: u32,
+    shift_x: i32,           // cells moved since the frame before
+    shift_y: i32,
+    forget: u32,            // 1: every cell starts unknown
+}
+
+@group(0) @binding(0) var<uniform> move_window_params: MoveWindowParams;
+@group(0) @binding(1) var<storage, read_write> cells: array<Cell>;
+@group(0) @binding(2) var<storage, read_write> cell_hits: array<CellHits>;
+@group(0) @binding(3) var<storage, read_write> counters: array<u32>;
+
+@compute @workgroup_size(64)
+fn move_window(@builtin(global_invocation_id) id: vec3<u32>) {
+    let side = move_window_params.side;
+    if id.x < COUNTERS {
+        counters[id.x] = 0u;
+    }
+    if id.x >= side * side {
+        return;
+    }
+    cell_hits[id.x] = CellHits(0u, 0u, 0u, 0u);
+    let x = id.x % side;
+    let y = id.x / side;
+    let old_x = i32(x) + move_window_params.shift_x;
+    let old_y = i32(y) + move_window_params.shift_y;
+    let stayed = old_x >= 0 && old_y >= 0 && old_x < i32(side) && old_y < i32(side);
+    if !stayed || move_window_params.forget == 1u {
+        let slot = slot_of(x, y, move_window_params.origin_slot_x, move_window_params.origin_slot_y, side);
+        cells[slot] = Cell(0.0, UNKNOWN, 0u, 0u);
+    }
+}

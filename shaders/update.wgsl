@@ -1,0 +1,104 @@
+// Turns a frame's evidence into occupancy and state, once per cell.
+// spec 1 §3 (occupancy, hysteresis, confirmations), §4 (temporal rejection).
+struct UpdateParams {
+    side: u32,
+    origin_slot_x: u32,
+    origin_slot_y: u32,
+    min_hits: u32,
+    confirmations: u32,
+    temporal_window: u32,
+    temporal_hits: u32,
+    lambda: f32,
+    occupied_threshold: f32,
+    free_threshold: f32,
+    weight_scale: f32,
+    pad: u32,
+}
+
+@group(0) @binding(0) var<uniform> update_params: UpdateParams;
+@group(0) @binding(1) var<storage, read> cell_hits: array<CellHits>;
+@group(0) @binding(2) var<storage, read> seen_through: array<u32>;
+@group(0) @binding(3) var<storage, read_write> cells: array<Cell>;
+@group(0) @binding(4) var<storage, read_write> evidence: array<f32>;
+@group(0) @binding(5) var<storage, read_write> occupancy: array<f32>;
+@group(0) @binding(6) var<storage, read_write> state: array<u32>;
+@group(0) @binding(7) var<storage, read_write> counters: array<atomic<u32>>;
+
+const UNSEEN = -1.0;
+
+// e of the spec: mean weight of the hits, 0 where seen through, UNSEEN where nothing may be said.
+fn evidence_of(hits: CellHits, hit: bool, seen: bool, history: u32) -> f32 {
+    if !hit {
+        return select(UNSEEN, 0.0, seen);
+    }
+    let recent = history & ((1u << update_params.temporal_window) - 1u);
+    if countOneBits(recent) < update_params.temporal_hits {
+        return UNSEEN;
+    }
+    return f32(hits.weight) / (f32(hits.count) * update_params.weight_scale);
+}
+
+// Occupied from occupied_threshold up and until below free_threshold; free only by being seen through.
+fn next_state(old: u32, p: f32, confirmed: bool, seen: bool) -> u32 {
+    if old == OCCUPIED && p >= update_params.free_threshold {
+        return OCCUPIED;
+    }
+    if p >= update_params.occupied_threshold && confirmed {
+        return OCCUPIED;
+    }
+    if seen && p < update_params.free_threshold {
+        return FREE;
+    }
+    return select(old, UNKNOWN, old == OCCUPIED);
+}
+
+@compute @workgroup_size(64)
+fn update(@builtin(global_invocation_id) id: vec3<u32>) {
+    let side = update_params.side;
+    let i = id.x;
+    if i >= side * side {
+        return;
+    }
+    let slot = slot_of(i % side, i / side, update_params.origin_slot_x, update_params.origin_slot_y, side);
+    let hits = cell_hits[i];
+    var cell = cells[slot];
+    let hit = hits.count >= update_params.min_hits;
+    let seen = !hit && seen_through[i] == 1u;
+    var run = cell.state >> 8u;
+    var now = cell.state & 3u;
+    var e = UNSEEN;
+    if hit || seen {
+        cell.history = (cell.history << 1u) | select(0u, 1u, hit);
+        run = select(0u, min(run + 1u, 255u), hit);
+        e = evidence_of(hits, hit, seen, cell.history);
+    }
+    if e >= 0.0 {
+        cell.occupancy = update_params.lambda * cell.occupancy + (1.0 - update_params.lambda) * e;
+        now = next_state(now, cell.occupancy, run >= update_params.confirmations, seen);
+    }
+    cell.top = max(cell.top, select(0u, hits.top, hit));
+    if now == FREE && seen {
+        cell.top = 0u;
+    }
+    cell.state = now | (run << 8u);
+    cells[slot] = cell;
+    evidence[i] = e;
+    occupancy[i] = cell.occupancy;
+    state[i] = now;
+    count_cell(hit, seen, now);
+}
+
+fn count_cell(hit: bool, seen: bool, now: u32) {
+    if hit {
+        atomicAdd(&counters[HIT_CELLS], 1u);
+    }
+    if seen {
+        atomicAdd(&counters[SEEN_THROUGH_CELLS], 1u);
+    }
+    if now == OCCUPIED {
+        atomicAdd(&counters[OCCUPIED_CELLS], 1u);
+    }
+    if now == FREE {
+        atomicAdd(&counters[FREE_CELLS], 1u);
+    }
+}

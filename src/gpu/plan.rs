@@ -1,0 +1,338 @@
+//! The plan of a frame: named buffers and ordered steps, checked for order and hazards without a GPU.
+
+use crate::error::{Error, Result};
+use crate::gpu::context::Requirements;
+use crate::gpu::shader::{Access, Binding, Params, Shader, ShaderSource};
+
+/// A buffer of the plan.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct BufferId(pub(crate) usize);
+
+/// Where a buffer's content comes from and how long it lives.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Role {
+    /// Parameters written by the host before every frame, with struct name, field names and offsets.
+    Uniform(&'static str, &'static [(&'static str, usize)]),
+    /// Data written by the host before every frame.
+    Upload,
+    /// Written once when the plan is built, and on request.
+    Fixed(Vec<u8>),
+    /// Kept from frame to frame; zero at first.
+    State,
+    /// Lives within a frame, from its first step to its last.
+    Scratch,
+}
+
+/// A declared buffer.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct BufferDecl {
+    /// The name by which passes bind it.
+    pub name: String,
+    /// Size in bytes, a multiple of 4.
+    pub bytes: u64,
+    /// Origin and lifetime.
+    pub role: Role,
+    /// Whether the host reads it back after every frame.
+    pub read_back: bool,
+}
+
+/// How many invocations a step needs along x, y and z.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Invocations(pub [u32; 3]);
+
+impl Invocations {
+    /// `count` in a row.
+    pub fn line(count: u32) -> Self {
+        Self([count, 1, 1])
+    }
+
+    /// `width` x `height`.
+    pub fn area(width: u32, height: u32) -> Self {
+        Self([width, height, 1])
+    }
+}
+
+/// One dispatch.
+#[derive(Debug, Clone)]
+pub struct Step {
+    /// The pass.
+    pub shader: Shader,
+    /// Workgroups along x, y and z.
+    pub workgroups: [u32; 3],
+    /// Buffer of each of the shader's bindings, in their order.
+    pub buffers: Vec<BufferId>,
+}
+
+impl Step {
+    /// Bindings with the buffers they are bound to.
+    pub fn uses(&self) -> impl Iterator<Item = (&Binding, BufferId)> {
+        self.shader.bindings.iter().zip(self.buffers.iter().copied())
+    }
+}
+
+/// Buffers and steps of one frame. Stages append to it; the executor builds it.
+#[derive(Debug, Clone, Default)]
+pub struct Plan {
+    buffers: Vec<BufferDecl>,
+    steps: Vec<Step>,
+}
+
+impl Plan {
+    /// Declared buffers; a [`BufferId`] counts them.
+    pub fn buffers(&self) -> &[BufferDecl] {
+        &self.buffers
+    }
+
+    /// Steps in order.
+    pub fn steps(&self) -> &[Step] {
+        &self.steps
+    }
+
+    /// Declares the parameters of a pass.
+    ///
+    /// # Errors
+    /// [`Error::Plan`] where the name is taken.
+    pub fn uniform<P: Params>(&mut self, name: &str) -> Result<BufferId> {
+        self.declare(name, size_of::<P>() as u64, Role::Uniform(P::NAME, P::FIELDS))
+    }
+
+    /// Declares a buffer that the host fills before every frame.
+    ///
+    /// # Errors
+    /// [`Error::Plan`] where the name is taken or the size is 0.
+    pub fn upload(&mut self, name: &str, bytes: u64) -> Result<BufferId> {
+        self.declare(name, bytes, Role::Upload)
+    }
+
+    /// Declares a buffer filled once.
+    ///
+    /// # Errors
+    /// [`Error::Plan`] where the name is taken or there is no data.
+    pub fn fixed(&mut self, name: &str, data: Vec<u8>) -> Result<BufferId> {
+        self.declare(name, data.len() as u64, Role::Fixed(data))
+    }
+
+    /// Declares a buffer that keeps its content from frame to frame.
+    ///
+    /// # Errors
+    /// [`Error::Plan`] where the name is taken or the size is 0.
+    pub fn state(&mut self, name: &str, bytes: u64) -> Result<BufferId> {
+        self.declare(name, bytes, Role::State)
+    }
+
+    /// Declares a buffer that lives within a frame.
+    ///
+    /// # Errors
+    /// [`Error::Plan`] where the name is taken or the size is 0.
+    pub fn scratch(&mut self, name: &str, bytes: u64) -> Result<BufferId> {
+        self.declare(name, bytes, Role::Scratch)
+    }
+
+    fn declare(&mut self, name: &str, bytes: u64, role: Role) -> Result<BufferId> {
+        if self.find(name).is_some() {
+            return Err(plan_error(name, "is declared twice"));
+        }
+        if bytes == 0 {
+            return Err(plan_error(name, "has no bytes"));
+        }
+        let bytes = bytes.next_multiple_of(4);
+        self.buffers.push(BufferDecl { name: name.into(), bytes, role, read_back: false });
+        Ok(BufferId(self.buffers.len() - 1))
+    }
+
+    /// The buffer of that name.
+    pub fn find(&self, name: &str) -> Option<BufferId> {
+        self.buffers.iter().position(|b| b.name == name).map(BufferId)
+    }
+
+    /// Reads the buffer back after every frame.
+    ///
+    /// # Errors
+    /// [`Error::Plan`] where there is no such buffer.
+    pub fn read_back(&mut self, name: &str) -> Result<BufferId> {
+        let id = self.find(name).ok_or_else(|| plan_error(name, "is to be read back but not declared"))?;
+        self.buffers[id.0].read_back = true;
+        Ok(id)
+    }
+
+    /// Appends a pass over `invocations`; its variables bind the buffers of the same names, or of
+    /// those that `renamed` gives as (variable, buffer).
+    ///
+    /// # Errors
+    /// [`Error::Shader`] from the WGSL; [`Error::Plan`] where a variable has no buffer or does not fit it.
+    pub fn step(
+        &mut self,
+        source: ShaderSource,
+        invocations: Invocations,
+        renamed: &[(&str, &str)],
+    ) -> Result<()> {
+        let shader = Shader::parse(source)?;
+        let mut buffers = Vec::with_capacity(shader.bindings.len());
+        for binding in &shader.bindings {
+            let name = renamed.iter().find(|(var, _)| *var == binding.name).map_or(&*binding.name, |r| r.1);
+            let id = self.find(name).ok_or_else(|| {
+                plan_error(
+                    shader.name,
+                    &format!("`{}` needs a buffer `{name}`, which nothing declares", binding.name),
+                )
+            })?;
+            self.check_fit(shader.name, binding, id)?;
+            buffers.push(id);
+        }
+        let [x, y, z] = invocations.0;
+        let [size_x, size_y, size_z] = shader.workgroup_size.map(|size| size.max(1));
+        let workgroups = [x.div_ceil(size_x), y.div_ceil(size_y), z.div_ceil(size_z)];
+        if workgroups.contains(&0) {
+            return Err(plan_error(shader.name, "has nothing to do: an extent is 0"));
+        }
+        self.steps.push(Step { shader, workgroups, buffers });
+        Ok(())
+    }
+
+    fn check_fit(&self, pass: &str, binding: &Binding, id: BufferId) -> Result<()> {
+        let buffer = &self.buffers[id.0];
+        let bad = |reason: String| Err(plan_error(pass, &format!("`{}` {reason}", binding.name)));
+        match (&buffer.role, binding.access) {
+            (Role::Uniform(name, fields), Access::Uniform) => {
+                if let Some(difference) = layout_difference(binding, name, fields, buffer.bytes) {
+                    return bad(difference);
+                }
+            }
+            (Role::Uniform(..), _) | (_, Access::Uniform) => {
+                return bad(format!("and buffer `{}` disagree on being uniform", buffer.name));
+            }
+            _ => {}
+        }
+        if buffer.bytes < binding.min_bytes {
+            return bad(format!(
+                "needs {} bytes, buffer `{}` has {}",
+                binding.min_bytes, buffer.name, buffer.bytes
+            ));
+        }
+        if binding.access.writes() && matches!(buffer.role, Role::Upload | Role::Fixed(_)) {
+            return bad(format!("writes buffer `{}`, which only the host may write", buffer.name));
+        }
+        Ok(())
+    }
+
+    /// Checks the whole plan: every scratch buffer is written before it is read, nothing is bound
+    /// twice where one use writes, every buffer is used.
+    ///
+    /// # Errors
+    /// [`Error::Plan`] that names pass and buffer.
+    pub fn check(&self) -> Result<()> {
+        let mut written: Vec<bool> = self.buffers.iter().map(|b| b.role != Role::Scratch).collect();
+        let mut used = vec![false; self.buffers.len()];
+        for step in &self.steps {
+            self.check_aliases(step)?;
+            for (binding, id) in step.uses() {
+                if binding.access.reads() && !written[id.0] {
+                    let name = &self.buffers[id.0].name;
+                    return Err(plan_error(
+                        step.shader.name,
+                        &format!("reads `{name}` before any pass has written it"),
+                    ));
+                }
+                used[id.0] |= binding.access.reads();
+            }
+            for (_, id) in step.uses().filter(|(binding, _)| binding.access.writes()) {
+                written[id.0] = true;
+            }
+        }
+        for (buffer, (written, used)) in self.buffers.iter().zip(written.iter().zip(&used)) {
+            if !used && !buffer.read_back {
+                return Err(plan_error(&buffer.name, "is never read"));
+            }
+            if buffer.read_back && !written {
+                return Err(plan_error(&buffer.name, "is read back but never written"));
+            }
+        }
+        Ok(())
+    }
+
+    fn check_aliases(&self, step: &Step) -> Result<()> {
+        let uses: Vec<_> = step.uses().collect();
+        for (i, (a, buffer)) in uses.iter().enumerate() {
+            let twice = uses[i + 1..]
+                .iter()
+                .find(|(b, other)| other == buffer && (a.access.writes() || b.access.writes()));
+            if let Some((b, _)) = twice {
+                return Err(plan_error(
+                    step.shader.name,
+                    &format!(
+                        "binds `{}` as `{}` and as `{}`, and writes it",
+                        self.buffers[buffer.0].name, a.name, b.name
+                    ),
+                ));
+            }
+        }
+        Ok(())
+    }
+
+    /// First and last step that uses the buffer; the last is the number of steps where it is read back.
+    pub fn lifetime(&self, id: BufferId) -> Option<(usize, usize)> {
+        let mut uses =
+            self.steps.iter().enumerate().filter(|(_, step)| step.buffers.contains(&id)).map(|(i, _)| i);
+        let first = uses.next()?;
+        let last =
+            if self.buffers[id.0].read_back { self.steps.len() } else { uses.next_back().unwrap_or(first) };
+        Some((first, last))
+    }
+
+    /// What a device must offer to run this plan.
+    pub fn requirements(&self) -> Requirements {
+        let storage = |s: &Step| s.shader.bindings.iter().filter(|b| b.access != Access::Uniform).count();
+        Requirements {
+            largest_buffer_bytes: self.buffers.iter().map(|b| b.bytes).max().unwrap_or(0),
+            upload_bytes: self.host_buffers().map(|b| b.bytes.next_multiple_of(256)).sum(),
+            storage_buffers: self.steps.iter().map(storage).max().unwrap_or(0),
+            invocations: self
+                .steps
+                .iter()
+                .map(|s| s.shader.workgroup_size.iter().product())
+                .max()
+                .unwrap_or(1),
+            workgroups: self.steps.iter().flat_map(|s| s.workgroups).max().unwrap_or(1),
+        }
+    }
+
+    fn host_buffers(&self) -> impl Iterator<Item = &BufferDecl> {
+        self.buffers.iter().filter(|b| matches!(b.role, Role::Uniform(..) | Role::Upload))
+    }
+
+    /// The table of passes as Markdown: pass, workgroups, what it reads and what it writes.
+    pub fn table(&self) -> String {
+        let mut text = String::from("| pass | reads | writes |\n|---|---|---|\n");
+        for step in &self.steps {
+            let names = |wanted: fn(Access) -> bool| {
+                let names: Vec<_> = step
+                    .uses()
+                    .filter(|(b, _)| b.access != Access::Uniform && wanted(b.access))
+                    .map(|(_, id)| self.buffers[id.0].name.as_str())
+                    .collect();
+                names.join(", ")
+            };
+            text +=
+                &format!("| {} | {} | {} |\n", step.shader.name, names(Access::reads), names(Access::writes));
+        }
+        text
+    }
+}
+
+/// How the WGSL struct of `binding` differs from the host's, in words.
+fn layout_difference(binding: &Binding, name: &str, fields: &[(&str, usize)], bytes: u64) -> Option<String> {
+    if binding.type_name != name {
+        return Some(format!("is a `{}` in WGSL and a `{name}` on the host", binding.type_name));
+    }
+    let same = binding.fields.len() == fields.len()
+        && binding.fields.iter().zip(fields).all(|(a, b)| a.0 == b.0 && a.1 as usize == b.1);
+    if !same {
+        return Some(format!("has fields {:?} in WGSL and {fields:?} on the host", binding.fields));
+    }
+    (binding.min_bytes != bytes)
+        .then(|| format!("spans {} bytes in WGSL and {bytes} on the host", binding.min_bytes))
+}
+
+fn plan_error(pass: &str, reason: &str) -> Error {
+    Error::Plan { pass: pass.into(), reason: reason.into() }
+}

@@ -1,0 +1,135 @@
+//! The camera path: the stages of a frame in the order of the paper, on one page.
+
+use std::collections::VecDeque;
+
+use crate::config::{Config, Method};
+use crate::error::{Error, Result};
+use crate::frame::{FrameOutput, Options};
+use crate::gpu::frame::FRAMES_IN_FLIGHT;
+use crate::gpu::{Context, Executor, Plan};
+use crate::receive::{Pending, check_fit, output, seconds_between};
+use crate::recording::RgbdFrame;
+use crate::stage::{Job, Moment, Stage, Window};
+use crate::stage::{back_project, inflate, ingest, move_window, register_color, see_through};
+use crate::stage::{spatial_median, update, weigh};
+
+/// The stages of one frame, in order (spec 1 §3: move window, update, hysteresis, inflate).
+pub fn stages(job: &Job) -> Vec<Box<dyn Stage>> {
+    let mut stages: Vec<Box<dyn Stage>> = vec![Box::new(ingest::Ingest)];
+    if job.config.method == Method::Median {
+        stages.push(Box::new(spatial_median::SpatialMedian));
+    }
+    stages.push(Box::new(weigh::Weigh));
+    stages.push(Box::new(move_window::MoveWindow));
+    stages.push(Box::new(back_project::BackProject));
+    stages.push(Box::new(see_through::SeeThrough::new(&job.depth)));
+    stages.push(Box::new(update::Update));
+    stages.push(Box::new(inflate::Inflate));
+    if let Some(camera) = job.color {
+        stages.push(Box::new(register_color::RegisterColor { camera }));
+    }
+    stages
+}
+
+/// The plan of a frame, with what is to be read back.
+///
+/// # Errors
+/// [`Error::Plan`] or [`Error::Shader`] where a stage contradicts its shader or its neighbours.
+pub fn plan(job: &Job, stages: &[Box<dyn Stage>]) -> Result<Plan> {
+    let mut plan = Plan::default();
+    plan.fixed("rays", back_project::rays(&job.depth))?;
+    for stage in stages {
+        stage.append(&mut plan, job)?;
+    }
+    let images = [job.depth_buffer(), "reliability"].into_iter().chain(job.color.map(|_| "color"));
+    let layers = ["evidence", "occupancy", "state"];
+    for name in images.filter(|_| job.images).chain(layers.into_iter().filter(|_| job.layers)) {
+        plan.read_back(name)?;
+    }
+    plan.check()?;
+    Ok(plan)
+}
+
+/// Frames in, costmaps out, with up to three frames under way.
+pub struct Pipeline {
+    job: Job,
+    stages: Vec<Box<dyn Stage>>,
+    executor: Executor,
+    window: Option<Window>,
+    last_stamp_ns: Option<u64>,
+    pending: VecDeque<Pending>,
+}
+
+impl Pipeline {
+    /// Builds the pipeline for frames like `first` (size, encoding and calibrations) on the adapter of
+    /// that name. `images` and `layers` say what is read back beside the costmap.
+    ///
+    /// # Errors
+    /// [`Error::Config`], [`Error::NoAdapter`], [`Error::Limit`], [`Error::Gpu`].
+    pub fn open(config: &Config, first: &RgbdFrame, options: &Options) -> Result<Self> {
+        config.validate()?;
+        first.depth.camera.validate()?;
+        let job = options.job(config, first);
+        let stages = stages(&job);
+        let plan = plan(&job, &stages)?;
+        let context = Context::open(options.adapter.as_deref(), &plan.requirements(), options.profiling)?;
+        let executor = Executor::build(&context, plan)?;
+        Ok(Self { job, stages, executor, window: None, last_stamp_ns: None, pending: VecDeque::new() })
+    }
+
+    /// Starts a frame; returns at once. Receive first when [`Pipeline::is_full`].
+    ///
+    /// # Errors
+    /// [`Error::Input`] where size or encoding differ from the first frame's or the pose is missing (the
+    /// map stays as it was); [`Error::Gpu`], [`Error::DeviceLost`].
+    pub fn submit(&mut self, frame: &RgbdFrame) -> Result<()> {
+        check_fit(&self.job, frame)?;
+        let missing =
+            || Error::Input { what: "pose".into(), reason: "no transform from map to camera".into() };
+        let pose = frame.pose.ok_or_else(missing)?;
+        if frame.depth.camera != self.job.depth {
+            self.recalibrate(frame)?;
+        }
+        let base = pose.map_from_base.translation_m;
+        let window = Window::around(base.x, base.y, &self.job.config, self.job.side(), self.window);
+        let since_last_s = self.last_stamp_ns.map(|last| seconds_between(last, frame.depth.stamp_ns));
+        let map_from_camera = pose.map_from_base.then(pose.base_from_camera);
+        let moment = Moment::new(&self.job, frame, window, map_from_camera, since_last_s);
+        let mut input = self.executor.begin()?;
+        for stage in &self.stages {
+            stage.write(&moment, &mut input)?;
+        }
+        input.submit()?;
+        self.window = Some(window);
+        self.last_stamp_ns = Some(frame.depth.stamp_ns);
+        self.pending.push_back(Pending::new(frame, pose, window.grid(&self.job.config, self.job.side())));
+        Ok(())
+    }
+
+    /// Takes a new calibration of the same size, between frames.
+    fn recalibrate(&mut self, frame: &RgbdFrame) -> Result<()> {
+        self.job.depth = frame.depth.camera;
+        self.stages = stages(&self.job);
+        self.executor.rewrite_fixed("rays", &back_project::rays(&self.job.depth))
+    }
+
+    /// Waits for the oldest frame under way; `None` when there is none.
+    ///
+    /// # Errors
+    /// [`Error::Gpu`], [`Error::DeviceLost`].
+    pub fn receive(&mut self) -> Result<Option<FrameOutput>> {
+        let Some(readback) = self.executor.receive()? else { return Ok(None) };
+        let pending = self.pending.pop_front();
+        pending.map(|pending| output(pending, &readback, &self.executor, &self.job)).transpose()
+    }
+
+    /// Whether as many frames are under way as may be.
+    pub fn is_full(&self) -> bool {
+        self.executor.in_flight() >= FRAMES_IN_FLIGHT
+    }
+
+    /// The plan as built, and the device it runs on.
+    pub fn executor(&self) -> &Executor {
+        &self.executor
+    }
+}

@@ -1,0 +1,168 @@
+//! Around the pipeline: whether a frame fits it, and a frame's result out of its readback.
+
+use bytemuck::pod_read_unaligned;
+
+use crate::camera::CameraModel;
+use crate::error::{Error, Result};
+use crate::frame::{Counters, FrameImages, FrameLayers, FrameOutput, Grid, Options};
+use crate::gpu::{Executor, Readback};
+use crate::recording::{DepthSamples, FramePose, RgbdFrame};
+use crate::stage::Job;
+
+/// State of an occupied cell, as in `shaders/lib/cell.wgsl`.
+const OCCUPIED: u32 = 2;
+
+impl Options {
+    /// What to build for frames like `first`.
+    pub(crate) fn job(&self, config: &crate::Config, first: &RgbdFrame) -> Job {
+        Job {
+            config: config.clone(),
+            depth: first.depth.camera,
+            float_depth: matches!(first.depth.samples, DepthSamples::Metres(_)),
+            color: self.color.filter(|_| self.images),
+            confidence: !config.confidence_topic.is_empty() || first.confidence.is_some(),
+            images: self.images,
+            layers: self.layers,
+        }
+    }
+}
+
+/// Refuses a frame that does not fit what the pipeline was built for.
+///
+/// # Errors
+/// [`Error::Input`] that names the image, [`Error::Decode`] for impossible intrinsics.
+pub(crate) fn check_fit(job: &Job, frame: &RgbdFrame) -> Result<()> {
+    let camera = frame.depth.camera.validate()?;
+    let bad = |what: &str, reason: String| Err(Error::Input { what: what.into(), reason });
+    let size = |c: &CameraModel| format!("{}x{}", c.width, c.height);
+    if (camera.width, camera.height) != (job.depth.width, job.depth.height) {
+        let reason = format!("{} where the first one had {}", size(&camera), size(&job.depth));
+        return bad("depth image", reason);
+    }
+    let pixels = job.pixels() as usize;
+    if frame.depth.samples.len() != pixels {
+        let reason = format!("{} samples for {} pixels", frame.depth.samples.len(), size(&camera));
+        return bad("depth image", reason);
+    }
+    if matches!(frame.depth.samples, DepthSamples::Metres(_)) != job.float_depth {
+        return bad("depth image", "changes between integer and float samples".into());
+    }
+    if let Some(confidence) = frame.confidence.as_ref().filter(|c| c.len() != pixels) {
+        return bad("confidence image", format!("{} values for {} pixels", confidence.len(), size(&camera)));
+    }
+    if let Some(color) = &frame.color {
+        let bytes = color.camera.width as usize * color.camera.height as usize * 3;
+        if color.rgb.len() != bytes {
+            return bad("colour image", format!("{} bytes for {}", color.rgb.len(), size(&color.camera)));
+        }
+    }
+    Ok(())
+}
+
+/// What is remembered of a frame while it is under way.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Pending {
+    pub(crate) index: u64,
+    pub(crate) stamp_ns: u64,
+    pub(crate) pose: FramePose,
+    pub(crate) grid: Grid,
+}
+
+impl Pending {
+    pub(crate) fn new(frame: &RgbdFrame, pose: FramePose, grid: Grid) -> Self {
+        let color_ns = frame.color.as_ref().map_or(u64::MAX, |c| c.stamp_ns);
+        Self { index: frame.index, stamp_ns: frame.depth.stamp_ns.min(color_ns), pose, grid }
+    }
+}
+
+/// Seconds from `before_ns` to `now_ns`, 0 where time went backwards.
+pub(crate) fn seconds_between(before_ns: u64, now_ns: u64) -> f64 {
+    std::time::Duration::from_nanos(now_ns.saturating_sub(before_ns)).as_secs_f64()
+}
+
+/// The result of a frame.
+pub(crate) fn output(
+    pending: Pending,
+    readback: &Readback,
+    executor: &Executor,
+    job: &Job,
+) -> Result<FrameOutput> {
+    let reader = Reader { readback, executor };
+    let counters = counters(&reader.words("counters")?, job);
+    let low_reliability_fraction = f64::from(counters.low_reliability) / f64::from(job.pixels());
+    let cells = job.side() as usize * job.side() as usize;
+    let mut costmap = reader.bytes("costmap")?.to_vec();
+    costmap.truncate(cells);
+    Ok(FrameOutput {
+        index: pending.index,
+        stamp_ns: pending.stamp_ns,
+        map_from_base: pending.pose.map_from_base,
+        base_from_camera: pending.pose.base_from_camera,
+        grid: pending.grid,
+        costmap,
+        counters,
+        low_reliability_fraction,
+        degraded: low_reliability_fraction > job.config.degraded_fraction,
+        images: job.images.then(|| reader.images(job)).transpose()?,
+        layers: job.layers.then(|| reader.layers()).transpose()?,
+        pass_ms: readback.spans.iter().map(|(name, span)| ((*name).into(), span.length_ns * 1e-6)).collect(),
+    })
+}
+
+fn counters(words: &[u32], job: &Job) -> Counters {
+    let at = |index: usize| words.get(index).copied().unwrap_or(0);
+    Counters {
+        pixels: job.pixels(),
+        valid: at(0),
+        low_reliability: at(1),
+        hits: at(2),
+        hit_cells: at(3),
+        seen_through_cells: at(4),
+        occupied_cells: at(5),
+        free_cells: at(6),
+    }
+}
+
+struct Reader<'a> {
+    readback: &'a Readback,
+    executor: &'a Executor,
+}
+
+impl Reader<'_> {
+    fn bytes(&self, name: &str) -> Result<&[u8]> {
+        self.readback.bytes(self.executor.find(name)?)
+    }
+
+    fn words(&self, name: &str) -> Result<Vec<u32>> {
+        Ok(self.bytes(name)?.chunks_exact(4).map(pod_read_unaligned).collect())
+    }
+
+    fn floats(&self, name: &str, count: usize) -> Result<Vec<f32>> {
+        Ok(self.bytes(name)?.chunks_exact(4).take(count).map(pod_read_unaligned).collect())
+    }
+
+    fn images(&self, job: &Job) -> Result<FrameImages> {
+        let pixels = job.pixels() as usize;
+        let color = |_| -> Result<Vec<u8>> {
+            let packed = self.bytes("color")?.chunks_exact(4).take(pixels);
+            Ok(packed.flat_map(|rgba| [rgba[0], rgba[1], rgba[2]]).collect())
+        };
+        Ok(FrameImages {
+            width: job.depth.width,
+            height: job.depth.height,
+            depth_m: self.floats(job.depth_buffer(), pixels)?,
+            reliability: self.floats("reliability", pixels)?,
+            color: job.color.map(color).transpose()?,
+        })
+    }
+
+    fn layers(&self) -> Result<FrameLayers> {
+        let state = self.words("state")?;
+        let cells = state.len();
+        Ok(FrameLayers {
+            evidence: self.floats("evidence", cells)?,
+            occupancy: self.floats("occupancy", cells)?,
+            occupied: state.iter().map(|&s| if s == OCCUPIED { 1.0 } else { 0.0 }).collect(),
+        })
+    }
+}

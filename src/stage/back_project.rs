@@ -1,0 +1,110 @@
+//! Depth pixels into the cells they end in (spec 1 §3).
+
+use bytemuck::cast_slice;
+use glam::Vec4;
+
+use crate::camera::CameraModel;
+use crate::error::Result;
+use crate::gpu::frame::FrameInput;
+use crate::gpu::{Invocations, Plan, ShaderSource};
+use crate::stage::{Job, Moment, Stage, rows, single};
+
+/// The pass.
+pub const BACK_PROJECT: ShaderSource = ShaderSource {
+    name: "back_project",
+    parts: &[
+        include_str!("../../shaders/lib/cell.wgsl"),
+        include_str!("../../shaders/lib/counters.wgsl"),
+        include_str!("../../shaders/back_project.wgsl"),
+    ],
+};
+
+/// Rows of pixels that one invocation walks down, as in the shader.
+const STRIP: u32 = 16;
+
+/// Rays outside the lens model's field are stored this large, as in the shader.
+const NO_RAY: f32 = 1.0e6;
+
+crate::params! {
+    /// Parameters of `back_project`.
+    pub struct BackProjectParams {
+        /// First row of window from camera.
+        pub window_from_camera_x: Vec4,
+        /// Second row.
+        pub window_from_camera_y: Vec4,
+        /// Third row; z = 0 is the ground.
+        pub window_from_camera_z: Vec4,
+        /// Pixels.
+        pub width: u32,
+        /// Pixels.
+        pub height: u32,
+        /// Cells along a side.
+        pub side: u32,
+        /// Side of a cell.
+        pub resolution_m: f32,
+        /// Largest horizontal distance of a mark.
+        pub mark_range_m: f32,
+        /// Lower edge of the height band.
+        pub height_min_m: f32,
+        /// Upper edge of the height band.
+        pub height_max_m: f32,
+        /// Weights up to this count for nothing.
+        pub tau: f32,
+        /// Fixed-point one of weights.
+        pub weight_scale: f32,
+        /// Unused.
+        pub pad0: u32,
+        /// Unused.
+        pub pad1: u32,
+        /// Unused.
+        pub pad2: u32,
+    }
+}
+
+/// The rays (x/z, y/z) of all pixels, row-major, two f32 each.
+pub fn rays(camera: &CameraModel) -> Vec<u8> {
+    let ray = |u: u32, v: u32| {
+        camera.ray(f64::from(u), f64::from(v)).map_or([NO_RAY; 2], |[x, y]| [single(x), single(y)])
+    };
+    let all: Vec<[f32; 2]> = (0..camera.height)
+        .flat_map(|v| (0..camera.width).map(move |u| (u, v)))
+        .map(|(u, v)| ray(u, v))
+        .collect();
+    cast_slice(&all).to_vec()
+}
+
+/// The stage.
+#[derive(Debug)]
+pub struct BackProject;
+
+impl Stage for BackProject {
+    fn append(&self, plan: &mut Plan, job: &Job) -> Result<()> {
+        plan.uniform::<BackProjectParams>("back_project_params")?;
+        let strips = job.depth.height.div_ceil(STRIP);
+        let invocations = Invocations::area(job.depth.width, strips);
+        plan.step(BACK_PROJECT, invocations, &[("depth_m", job.depth_buffer())])
+    }
+
+    fn write(&self, moment: &Moment<'_>, input: &mut FrameInput<'_>) -> Result<()> {
+        let (job, config) = (moment.job, &moment.job.config);
+        let [x, y, z] = rows(moment.window_from_camera);
+        let params = BackProjectParams {
+            window_from_camera_x: x,
+            window_from_camera_y: y,
+            window_from_camera_z: z,
+            width: job.depth.width,
+            height: job.depth.height,
+            side: job.side(),
+            resolution_m: single(config.resolution_m),
+            mark_range_m: single(config.mark_range_m),
+            height_min_m: single(config.height_min_m),
+            height_max_m: single(config.height_max_m),
+            tau: single(config.tau),
+            weight_scale: job.weight_scale(),
+            pad0: 0,
+            pad1: 0,
+            pad2: 0,
+        };
+        input.set("back_project_params", &params)
+    }
+}

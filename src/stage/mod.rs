@@ -1,0 +1,188 @@
+//! The stages of a frame, one file each: what it declares and appends to the plan, and its
+//! parameters for one frame. `pipeline.rs` lists them in order.
+
+pub mod back_project;
+pub mod inflate;
+pub mod ingest;
+pub mod move_window;
+pub mod register_color;
+pub mod see_through;
+pub mod spatial_median;
+pub mod update;
+pub mod weigh;
+
+use glam::{DVec3, Vec4};
+
+use crate::camera::CameraModel;
+use crate::config::{Config, Method};
+use crate::error::Result;
+use crate::frame::Grid;
+use crate::geometry::Rigid;
+use crate::gpu::Plan;
+use crate::gpu::frame::FrameInput;
+use crate::recording::RgbdFrame;
+
+/// What a pipeline is built for: configuration, and the kind and size of its images.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Job {
+    /// Parameters.
+    pub config: Config,
+    /// Calibration of the depth images.
+    pub depth: CameraModel,
+    /// Whether depth comes as float metres (else as 16-bit counts).
+    pub float_depth: bool,
+    /// Calibration of the colour images, where colour is wanted and there is some.
+    pub color: Option<CameraModel>,
+    /// Whether frames carry the sensor's own confidence.
+    pub confidence: bool,
+    /// Whether images (depth, reliability, colour) are read back.
+    pub images: bool,
+    /// Whether the grids beside the costmap are read back.
+    pub layers: bool,
+}
+
+impl Job {
+    /// Pixels of a depth image.
+    pub fn pixels(&self) -> u32 {
+        self.depth.width * self.depth.height
+    }
+
+    /// The buffer that back-projection and clearing take their depth from.
+    pub fn depth_buffer(&self) -> &'static str {
+        if self.config.method == Method::Median { "depth_median_m" } else { "depth_m" }
+    }
+
+    /// Words of four pixels that cover a depth image.
+    pub fn pixel_words(&self) -> u32 {
+        self.pixels().div_ceil(4)
+    }
+
+    /// Bytes of a buffer with `bytes` for each depth pixel, padded to words of four pixels.
+    pub fn image_bytes(&self, bytes: u64) -> u64 {
+        u64::from(self.pixel_words()) * 4 * bytes
+    }
+
+    /// Cells along one side of the map.
+    pub fn side(&self) -> u32 {
+        self.config.cells_per_side().unwrap_or(8)
+    }
+
+    /// Bytes of a buffer with `bytes` for each cell.
+    pub fn grid_bytes(&self, bytes: u64) -> u64 {
+        u64::from(self.side()) * u64::from(self.side()) * bytes
+    }
+
+    /// Fixed-point one of weight sums: the most fraction bits with which all pixels fit in 32 bits
+    /// (13 for 848x480; spec 1 §3).
+    pub fn weight_scale(&self) -> f32 {
+        f32::from(1_u16 << (u32::MAX / self.pixels().max(1)).ilog2().min(13))
+    }
+}
+
+/// Where the window lies for one frame, and how it got there.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Window {
+    /// Map cell of window cell (0, 0).
+    pub origin: [i64; 2],
+    /// Cells moved since the frame before, as far as they matter.
+    pub shift: [i32; 2],
+    /// Whether every cell starts unknown.
+    pub forget: bool,
+}
+
+impl Window {
+    /// Centred on (`x_m`, `y_m`) by whole cells; `before` is the window of the frame before.
+    pub fn around(x_m: f64, y_m: f64, config: &Config, side: u32, before: Option<Self>) -> Self {
+        #[expect(clippy::cast_possible_truncation, reason = "saturates for positions beyond any map")]
+        let cell = |at_m: f64| (at_m / config.resolution_m).floor() as i64;
+        let half = i64::from(side / 2);
+        let origin = [cell(x_m).saturating_sub(half), cell(y_m).saturating_sub(half)];
+        let limit = i64::from(side);
+        let shift = before.map_or([0, 0], |b| {
+            [0, 1].map(|axis| {
+                let moved = origin[axis].saturating_sub(b.origin[axis]).clamp(-limit, limit);
+                i32::try_from(moved).unwrap_or(0)
+            })
+        });
+        Self { origin, shift, forget: before.is_none() }
+    }
+
+    /// Slot of window cell (0, 0) in the ring buffer of kept cells.
+    pub fn origin_slot(&self, side: u32) -> [u32; 2] {
+        self.origin.map(|cell| u32::try_from(cell.rem_euclid(i64::from(side))).unwrap_or(0))
+    }
+
+    /// Its geometry in the map.
+    pub fn grid(&self, config: &Config, side: u32) -> Grid {
+        #[expect(clippy::cast_precision_loss, reason = "cells of any real map fit in 53 bits")]
+        let metres = |cell: i64| cell as f64 * config.resolution_m;
+        Grid {
+            origin_x_m: metres(self.origin[0]),
+            origin_y_m: metres(self.origin[1]),
+            resolution_m: config.resolution_m,
+            width: side,
+            height: side,
+        }
+    }
+}
+
+/// What the stages take their parameters of one frame from.
+#[derive(Debug)]
+pub struct Moment<'a> {
+    /// What the pipeline was built for.
+    pub job: &'a Job,
+    /// The input.
+    pub frame: &'a RgbdFrame,
+    /// The window.
+    pub window: Window,
+    /// Camera in window coordinates: metres from the corner of cell (0, 0), z = 0 on the ground.
+    pub window_from_camera: Rigid,
+    /// Seconds since the frame before; `None` for the first.
+    pub since_last_s: Option<f64>,
+}
+
+impl<'a> Moment<'a> {
+    /// For a frame at `map_from_camera`.
+    pub fn new(
+        job: &'a Job,
+        frame: &'a RgbdFrame,
+        window: Window,
+        map_from_camera: Rigid,
+        since_last_s: Option<f64>,
+    ) -> Self {
+        let grid = window.grid(&job.config, job.side());
+        let origin_m = DVec3::new(grid.origin_x_m, grid.origin_y_m, job.config.ground_z_m);
+        let translation_m = map_from_camera.translation_m - origin_m;
+        let window_from_camera = Rigid { translation_m, ..map_from_camera };
+        Self { job, frame, window, window_from_camera, since_last_s }
+    }
+}
+
+/// A stage of the method.
+pub trait Stage: std::fmt::Debug {
+    /// Declares its buffers and appends its passes.
+    ///
+    /// # Errors
+    /// From the plan: a name taken, a buffer missing, a shader that does not parse.
+    fn append(&self, plan: &mut Plan, job: &Job) -> Result<()>;
+
+    /// Writes its parameters and data for one frame.
+    ///
+    /// # Errors
+    /// [`crate::Error::Input`] where data do not fit their buffer.
+    fn write(&self, moment: &Moment<'_>, input: &mut FrameInput<'_>) -> Result<()>;
+}
+
+/// The rows of a transform as shaders take them: rotation in x, y, z, translation in w.
+pub fn rows(transform: Rigid) -> [Vec4; 3] {
+    let rotation = transform.rotation_matrix().transpose();
+    let translation = transform.translation_m.to_array();
+    let row = |axis: usize| rotation.col(axis).extend(translation[axis]).as_vec4();
+    [row(0), row(1), row(2)]
+}
+
+/// f64 parameters as the f32 that shaders take.
+#[expect(clippy::cast_possible_truncation, reason = "f32 is the precision of the shaders")]
+pub(crate) fn single(value: f64) -> f32 {
+    value as f32
+}

@@ -1,0 +1,154 @@
+//! Cells that trusted rays cross before they end (spec 1 §3), one gather per cell.
+
+use glam::{Vec2, Vec4};
+
+use crate::camera::CameraModel;
+use crate::error::Result;
+use crate::gpu::frame::FrameInput;
+use crate::gpu::{Invocations, Plan, ShaderSource};
+use crate::stage::{Job, Moment, Stage, rows, single};
+
+/// The pass.
+pub const SEE_THROUGH: ShaderSource = ShaderSource {
+    name: "see_through",
+    parts: &[
+        include_str!("../../shaders/lib/cell.wgsl"),
+        include_str!("../../shaders/lib/lens.wgsl"),
+        include_str!("../../shaders/see_through.wgsl"),
+    ],
+};
+
+crate::params! {
+    /// Parameters of `see_through`.
+    pub struct SeeThroughParams {
+        /// First row of camera from window.
+        pub camera_from_window_x: Vec4,
+        /// Second row.
+        pub camera_from_window_y: Vec4,
+        /// Third row.
+        pub camera_from_window_z: Vec4,
+        /// k1, k2, p1, p2.
+        pub lens_a: Vec4,
+        /// k3, k4, k5, k6.
+        pub lens_b: Vec4,
+        /// Focal lengths.
+        pub focal_px: Vec2,
+        /// Principal point.
+        pub centre_px: Vec2,
+        /// Smallest ideal ray of any pixel.
+        pub field_min: Vec2,
+        /// Largest ideal ray of any pixel.
+        pub field_max: Vec2,
+        /// Camera in the window.
+        pub camera_xy_m: Vec2,
+        /// Pixels.
+        pub width: u32,
+        /// Pixels.
+        pub height: u32,
+        /// Cells along a side.
+        pub side: u32,
+        /// Slot of window cell (0, 0) along x.
+        pub origin_slot_x: u32,
+        /// Slot of window cell (0, 0) along y.
+        pub origin_slot_y: u32,
+        /// Pixels that make a hit.
+        pub min_hits: u32,
+        /// Side of a cell.
+        pub resolution_m: f32,
+        /// Largest horizontal distance of clearing.
+        pub mark_range_m: f32,
+        /// Lower edge of the height band.
+        pub height_min_m: f32,
+        /// Upper edge of the height band.
+        pub height_max_m: f32,
+        /// Weights up to this count for nothing.
+        pub tau: f32,
+        /// Unused.
+        pub pad0: u32,
+        /// Unused.
+        pub pad1: u32,
+        /// Unused.
+        pub pad2: u32,
+    }
+}
+
+/// Coefficients as shaders take them: (k1, k2, p1, p2) and (k3, k4, k5, k6).
+pub(crate) fn lens(camera: &CameraModel) -> [Vec4; 2] {
+    let [k1, k2, p1, p2, k3, k4, k5, k6] = camera.distortion.rational().map(single);
+    [Vec4::new(k1, k2, p1, p2), Vec4::new(k3, k4, k5, k6)]
+}
+
+/// Focal lengths and principal point as shaders take them.
+pub(crate) fn pinhole(camera: &CameraModel) -> [Vec2; 2] {
+    let [fx, fy, cx, cy] = [camera.fx, camera.fy, camera.cx, camera.cy].map(single);
+    [Vec2::new(fx, fy), Vec2::new(cx, cy)]
+}
+
+/// Bounds of the ideal rays through the image's border (the field is widest there), half a pixel out.
+pub fn field(camera: &CameraModel) -> [Vec2; 2] {
+    let (right, bottom) = (f64::from(camera.width) - 0.5, f64::from(camera.height) - 0.5);
+    let across = (0..=camera.width).map(|u| f64::from(u) - 0.5).flat_map(|u| [(u, -0.5), (u, bottom)]);
+    let down = (0..=camera.height).map(|v| f64::from(v) - 0.5).flat_map(|v| [(-0.5, v), (right, v)]);
+    let mut bounds = [Vec2::splat(f32::MAX), Vec2::splat(f32::MIN)];
+    for [x, y] in across.chain(down).filter_map(|(u, v)| camera.ray(u, v)) {
+        let ray = Vec2::new(single(x), single(y));
+        bounds = [bounds[0].min(ray), bounds[1].max(ray)];
+    }
+    bounds
+}
+
+/// The stage, with the camera's field of view.
+#[derive(Debug)]
+pub struct SeeThrough {
+    field: [Vec2; 2],
+}
+
+impl SeeThrough {
+    /// For images of `camera`.
+    pub fn new(camera: &CameraModel) -> Self {
+        Self { field: field(camera) }
+    }
+}
+
+impl Stage for SeeThrough {
+    fn append(&self, plan: &mut Plan, job: &Job) -> Result<()> {
+        plan.uniform::<SeeThroughParams>("see_through_params")?;
+        plan.scratch("seen_through", job.grid_bytes(4))?;
+        plan.step(SEE_THROUGH, Invocations::area(job.side(), job.side()), &[("depth_m", job.depth_buffer())])
+    }
+
+    fn write(&self, moment: &Moment<'_>, input: &mut FrameInput<'_>) -> Result<()> {
+        let (job, config) = (moment.job, &moment.job.config);
+        let [x, y, z] = rows(moment.window_from_camera.inverse());
+        let [lens_a, lens_b] = lens(&job.depth);
+        let [focal_px, centre_px] = pinhole(&job.depth);
+        let [origin_slot_x, origin_slot_y] = moment.window.origin_slot(job.side());
+        let params = SeeThroughParams {
+            camera_from_window_x: x,
+            camera_from_window_y: y,
+            camera_from_window_z: z,
+            lens_a,
+            lens_b,
+            focal_px,
+            centre_px,
+            field_min: self.field[0],
+            field_max: self.field[1],
+            camera_xy_m: moment.window_from_camera.translation_m.truncate().as_vec2(),
+            width: job.depth.width,
+            height: job.depth.height,
+            side: job.side(),
+            origin_slot_x,
+            origin_slot_y,
+            min_hits: config.min_hits,
+            resolution_m: single(config.resolution_m),
+            mark_range_m: single(config.mark_range_m),
+            height_min_m: single(config.height_min_m),
+            height_max_m: single(config.height_max_m),
+            tau: single(config.tau),
+            pad0: 0,
+            pad1: 0,
+            pad2: 0,
+        };
+        input.set("see_through_params", &params)
+    }
+}
