@@ -13,3 +13,5 @@ pub(crate) fn data_dir(needed: &str) -> Option<PathBuf> {
     eprintln!("skipped: {} is not there (set LIMPID_DATA)", path.display());
     None
 }
+
+pub(crate) mod scene;
