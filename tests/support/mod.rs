@@ -3,7 +3,6 @@
 use std::path::PathBuf;
 
 /// Folder of real recordings: `LIMPID_DATA`, by default `../shared/data`; `None`, said aloud, where absent.
-#[expect(dead_code, reason = "used once the readers' tests are in")]
 pub(crate) fn data_dir(needed: &str) -> Option<PathBuf> {
     let root = std::env::var_os("LIMPID_DATA").map_or_else(|| PathBuf::from("../shared/data"), PathBuf::from);
     let path = root.join(needed);
