@@ -1,8 +1,19 @@
 //! Recordings in (MCAP, TUM) and out (MCAP, PNG, EXR, map_server), all streaming.
 
+pub mod image_decode;
+mod image_message;
+mod mcap;
+pub mod message;
+mod pose;
+mod report;
+mod sync;
+pub mod transforms;
+
 use crate::camera::CameraModel;
 use crate::error::Result;
 use crate::geometry::Rigid;
+
+pub use self::mcap::McapReader;
 
 /// A depth image on its native grid, row-major from the top left.
 #[derive(Debug, Clone, PartialEq)]

@@ -1,0 +1,111 @@
+//! Messages of the topics that are read, to events.
+
+use super::topics::Kind;
+use crate::camera::{CameraModel, Distortion};
+use crate::error::Result;
+use crate::geometry::Rigid;
+use crate::recording::image_message::ImageMessage;
+use crate::recording::message::{decode_error, foxglove, ros2};
+use crate::recording::sync::{Event, TransformEvent};
+
+/// An image message of any of the supported types.
+pub(super) fn image(kind: Kind, payload: &[u8]) -> Result<ImageMessage> {
+    match kind {
+        Kind::RosImage => ImageMessage::from_ros_raw(payload),
+        Kind::RosCompressedImage => ImageMessage::from_ros_compressed(payload),
+        Kind::FoxgloveRawImage => ImageMessage::from_foxglove_raw(payload),
+        Kind::FoxgloveCompressedImage => ImageMessage::from_foxglove_compressed(payload),
+        _ => Err(decode_error("image", "the topic holds another type")),
+    }
+}
+
+/// A calibration message; what is wrong with its numbers is part of the event.
+pub(super) fn calibration(kind: Kind, topic: &str, payload: &[u8]) -> Result<Event> {
+    let (stamp_ns, frame_id, camera) = match kind {
+        Kind::RosCameraInfo => {
+            let info: ros2::CameraInfo = ros2::decode_cdr("sensor_msgs/msg/CameraInfo", payload)?;
+            let camera = camera_model([info.width, info.height], &info.k, &info.distortion_model, &info.d);
+            (info.header.stamp.stamp_ns()?, info.header.frame_id, camera)
+        }
+        Kind::FoxgloveCalibration => {
+            let info: foxglove::CameraCalibration =
+                foxglove::decode_protobuf("foxglove.CameraCalibration", payload)?;
+            let camera = camera_model([info.width, info.height], &info.k, &info.distortion_model, &info.d);
+            (foxglove::stamp_ns(info.timestamp)?, info.frame_id, camera)
+        }
+        _ => return Err(decode_error("calibration", "the topic holds another type")),
+    };
+    Ok(Event::Calibration { topic: topic.into(), stamp_ns, frame_id, camera })
+}
+
+fn camera_model([width, height]: [u32; 2], k: &[f64], model: &str, d: &[f64]) -> Result<CameraModel> {
+    let &[fx, _, cx, _, fy, cy, ..] = k else {
+        return Err(decode_error("camera intrinsics", format!("K has {} numbers in place of 9", k.len())));
+    };
+    let distortion = Distortion::from_ros(model, d)?;
+    CameraModel { width, height, fx, fy, cx, cy, distortion }.validate()
+}
+
+/// The transforms of a message; `fixed` those of `/tf_static`.
+pub(super) fn transforms(kind: Kind, fixed: bool, payload: &[u8]) -> Result<Vec<TransformEvent>> {
+    match kind {
+        Kind::RosTransforms => {
+            let message: ros2::TFMessage = ros2::decode_cdr("tf2_msgs/msg/TFMessage", payload)?;
+            message.transforms.into_iter().map(|transform| ros_transform(transform, fixed)).collect()
+        }
+        Kind::FoxgloveTransform => {
+            let message = foxglove::decode_protobuf("foxglove.FrameTransform", payload)?;
+            Ok(vec![foxglove_transform(message, fixed)?])
+        }
+        Kind::FoxgloveTransforms => {
+            let message: foxglove::FrameTransforms =
+                foxglove::decode_protobuf("foxglove.FrameTransforms", payload)?;
+            message.transforms.into_iter().map(|transform| foxglove_transform(transform, fixed)).collect()
+        }
+        _ => Err(decode_error("transforms", "the topic holds another type")),
+    }
+}
+
+fn ros_transform(message: ros2::TransformStamped, fixed: bool) -> Result<TransformEvent> {
+    Ok(TransformEvent {
+        stamp_ns: if fixed { 0 } else { message.header.stamp.stamp_ns()? },
+        parent: bare(message.header.frame_id),
+        child: bare(message.child_frame_id),
+        fixed,
+        parent_from_child: rigid(message.transform.translation, message.transform.rotation),
+    })
+}
+
+fn foxglove_transform(message: foxglove::FrameTransform, fixed: bool) -> Result<TransformEvent> {
+    let t = message.translation.unwrap_or_default();
+    let parent_from_child = message.rotation.and_then(|q| Rigid::new([t.x, t.y, t.z], [q.x, q.y, q.z, q.w]));
+    Ok(TransformEvent {
+        stamp_ns: if fixed { 0 } else { foxglove::stamp_ns(message.timestamp)? },
+        parent: message.parent_frame_id,
+        child: message.child_frame_id,
+        fixed,
+        parent_from_child,
+    })
+}
+
+/// The pose of an odometry message, as a transform.
+pub(super) fn odometry(payload: &[u8]) -> Result<TransformEvent> {
+    let message: ros2::OdometryPose = ros2::decode_cdr("nav_msgs/msg/Odometry", payload)?;
+    let pose = message.pose.pose;
+    Ok(TransformEvent {
+        stamp_ns: message.header.stamp.stamp_ns()?,
+        parent: bare(message.header.frame_id),
+        child: bare(message.child_frame_id),
+        fixed: false,
+        parent_from_child: rigid(pose.position, pose.orientation),
+    })
+}
+
+fn rigid(t: ros2::Vector3, q: ros2::Quaternion) -> Option<Rigid> {
+    Rigid::new([t.x, t.y, t.z], [q.x, q.y, q.z, q.w])
+}
+
+/// Frame names without the leading slash that ROS 1 and some drivers write.
+fn bare(frame: String) -> String {
+    frame.strip_prefix('/').map_or(frame.clone(), str::to_owned)
+}

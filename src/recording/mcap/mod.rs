@@ -1,0 +1,201 @@
+//! RGB-D recordings in MCAP: ROS 2 (CDR) and Foxglove (protobuf) messages, read as a stream.
+
+mod decode;
+mod records;
+mod topics;
+
+use std::path::{Path, PathBuf};
+
+use self::records::{Record, Records};
+use self::topics::{Channel, Channels, Kind, Topics};
+use super::sync::{Event, Streams, Synchronizer, TransformEvent};
+use super::{ReadReport, Recording, RgbdFrame};
+use crate::config::Config;
+use crate::error::{Error, Result};
+
+/// How far a file without a summary is read ahead for its channels, bytes.
+const SCAN_BYTES: u64 = 256 << 20;
+
+/// Reads an MCAP file; see the module and [`Recording`].
+pub struct McapReader {
+    path: PathBuf,
+    records: Records,
+    channels: Channels,
+    topics: Topics,
+    map_frame: String,
+    base_frame: String,
+    sync: Synchronizer,
+    report: ReadReport,
+    frame_count_hint: Option<u64>,
+    /// Frame that odometry gives the pose of; tf's own is left out.
+    odometry_child: Option<String>,
+    at_end: bool,
+}
+
+impl McapReader {
+    /// Opens a recording and chooses its topics, from the summary or, without one, from the first
+    /// 256 MiB of the file.
+    ///
+    /// # Errors
+    /// [`Error::File`]; [`Error::Format`] for a file that is not MCAP or has no depth image or
+    /// calibration topic; [`Error::Config`] for a configured topic that is absent or of another type.
+    pub fn open(path: &Path, config: &Config) -> Result<Self> {
+        let mut report = ReadReport::default();
+        let mut channels = Channels::default();
+        Records::summary(path)?.into_iter().for_each(|record| channels.learn(record));
+        if channels.is_empty() {
+            scan(path, &mut channels)?;
+            report.note("the file has no summary: its topics were found by reading ahead");
+        }
+        let topics = Topics::choose(&channels, config, path)?;
+        report.note(topics.note());
+        let streams = Streams {
+            depth: topics.depth.clone(),
+            color: topics.color.clone(),
+            confidence: topics.confidence.clone(),
+            depth_info: topics.depth_info.clone(),
+            color_info: topics.color_info.clone(),
+            has_transforms: topics.odometry.is_some() || channels.has_transforms(),
+        };
+        Ok(Self {
+            path: path.into(),
+            records: Records::open(path)?,
+            map_frame: config.map_frame.clone(),
+            base_frame: config.base_frame.clone(),
+            sync: Synchronizer::new(config, streams)?,
+            frame_count_hint: channels.messages(&topics.depth),
+            odometry_child: topics.odometry.as_ref().map(|_| config.base_frame.clone()),
+            channels,
+            topics,
+            report,
+            at_end: false,
+        })
+    }
+
+    /// Takes in one record; `false` at the end of the file.
+    fn step(&mut self) -> Result<bool> {
+        let channels = &self.channels;
+        let wanted = |id: u16| channels.get(id).is_some_and(|channel| is_read(&self.topics, channel));
+        let record = self.records.next(wanted)?;
+        self.records.notes.drain(..).for_each(|note| self.report.note(note));
+        match record {
+            None => return Ok(false),
+            Some(Record::Message { channel_id, log_time_ns, data }) => {
+                self.take_message(channel_id, log_time_ns, &data);
+            }
+            Some(Record::Statistics { .. }) => {}
+            Some(about_channels) => self.channels.learn(about_channels),
+        }
+        Ok(true)
+    }
+
+    fn take_message(&mut self, channel_id: u16, log_time_ns: u64, payload: &[u8]) {
+        let Some(Channel { topic, kind: Some(kind), .. }) = self.channels.get(channel_id) else { return };
+        let (topic, kind) = (topic.clone(), *kind);
+        match self.events(&topic, kind, payload) {
+            Ok(events) => events.into_iter().for_each(|event| self.sync.push(event, &mut self.report)),
+            Err(error) => {
+                self.report.skip(&topic, error.to_string(), log_time_ns);
+                // A depth image all the same: it has a number.
+                self.report.depth_images += u64::from(topic == self.topics.depth);
+            }
+        }
+    }
+
+    fn events(&mut self, topic: &str, kind: Kind, payload: &[u8]) -> Result<Vec<Event>> {
+        let is = |chosen: &Option<String>| chosen.as_deref() == Some(topic);
+        if topic == self.topics.depth {
+            return Ok(vec![Event::Depth(decode::image(kind, payload)?)]);
+        }
+        if is(&self.topics.color) {
+            return Ok(vec![Event::Color(decode::image(kind, payload)?)]);
+        }
+        if is(&self.topics.confidence) {
+            return Ok(vec![Event::Confidence(decode::image(kind, payload)?)]);
+        }
+        if kind.is_calibration() {
+            return Ok(vec![decode::calibration(kind, topic, payload)?]);
+        }
+        let transforms = if is(&self.topics.odometry) {
+            vec![self.odometry(decode::odometry(payload)?)]
+        } else {
+            let mut transforms = decode::transforms(kind, topic.contains("static"), payload)?;
+            transforms.retain(|transform| Some(&transform.child) != self.odometry_child.as_ref());
+            transforms
+        };
+        Ok(transforms
+            .into_iter()
+            .map(|transform| Event::Transform { topic: topic.into(), transform })
+            .collect())
+    }
+
+    fn odometry(&mut self, transform: TransformEvent) -> TransformEvent {
+        if (&transform.parent, &transform.child) != (&self.map_frame, &self.base_frame) {
+            self.report.note(format!(
+                "odometry gives `{}` from `{}`, not `{}` from `{}` as configured (map_frame, base_frame)",
+                transform.parent, transform.child, self.map_frame, self.base_frame
+            ));
+        }
+        self.odometry_child = Some(transform.child.clone());
+        transform
+    }
+
+    /// An error where a recording had depth images but never a calibration for them.
+    fn check_calibrated(&self) -> Result<()> {
+        if self.report.depth_images == 0 || self.sync.calibrated() {
+            return Ok(());
+        }
+        let reason = format!(
+            "none of its {} depth images can be used: no usable calibration came on {}",
+            self.report.depth_images,
+            self.sync.info_name()
+        );
+        Err(Error::Format { path: self.path.clone(), reason })
+    }
+}
+
+impl Recording for McapReader {
+    fn next_frame(&mut self) -> Result<Option<RgbdFrame>> {
+        loop {
+            if let Some(frame) = self.sync.pop() {
+                return Ok(Some(frame));
+            }
+            if self.at_end {
+                return Ok(None);
+            }
+            if !self.step()? {
+                self.at_end = true;
+                self.sync.finish(&mut self.report);
+                self.check_calibrated()?;
+            }
+        }
+    }
+
+    fn report(&self) -> &ReadReport {
+        &self.report
+    }
+
+    fn frame_count_hint(&self) -> Option<u64> {
+        self.frame_count_hint
+    }
+}
+
+/// Whether a channel's messages are decoded.
+fn is_read(topics: &Topics, channel: &Channel) -> bool {
+    let Some(kind) = channel.kind else { return false };
+    let chosen =
+        [Some(&topics.depth), topics.color.as_ref(), topics.confidence.as_ref(), topics.odometry.as_ref()];
+    chosen.contains(&Some(&channel.topic)) || kind.is_transforms() || kind.is_calibration()
+}
+
+/// Finds the channels of a file without a summary.
+fn scan(path: &Path, channels: &mut Channels) -> Result<()> {
+    let mut records = Records::open(path)?;
+    while let Some(record) = records.next(|_| false)? {
+        channels.learn(record);
+        if records.offset() > SCAN_BYTES {
+            break;
+        }
+    }
+    Ok(())
+}

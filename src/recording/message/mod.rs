@@ -1,0 +1,11 @@
+//! Messages as they lie in recordings: bytes in, values out, no I/O.
+
+pub mod foxglove;
+pub mod ros2;
+
+use crate::error::Error;
+
+/// An [`Error::Decode`] that concerns `what`.
+pub(crate) fn decode_error(what: impl Into<String>, reason: impl Into<String>) -> Error {
+    Error::Decode { what: what.into(), reason: reason.into() }
+}

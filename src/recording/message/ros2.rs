@@ -1,0 +1,239 @@
+//! ROS 2 messages in CDR: plain structs with the fields in ROS order, both ways.
+
+use byteorder::{BigEndian, LittleEndian};
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+
+use super::decode_error;
+use crate::error::Result;
+
+/// `builtin_interfaces/msg/Time`.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Time {
+    /// Seconds since the Unix epoch.
+    pub sec: i32,
+    /// Nanoseconds, 0 to 999,999,999.
+    pub nanosec: u32,
+}
+
+impl Time {
+    /// Nanoseconds since the Unix epoch.
+    ///
+    /// # Errors
+    /// [`crate::Error::Decode`] for times before 1970 and nanoseconds of a whole second or more.
+    pub fn stamp_ns(self) -> Result<u64> {
+        match u64::try_from(self.sec) {
+            Ok(sec) if self.nanosec < 1_000_000_000 => Ok(sec * 1_000_000_000 + u64::from(self.nanosec)),
+            _ => Err(decode_error("stamp", "seconds or nanoseconds are out of range")),
+        }
+    }
+
+    /// The time of a stamp in nanoseconds; `None` past the year 2038, where ROS's seconds end.
+    pub fn from_stamp_ns(stamp_ns: u64) -> Option<Self> {
+        Some(Self {
+            sec: i32::try_from(stamp_ns / 1_000_000_000).ok()?,
+            nanosec: u32::try_from(stamp_ns % 1_000_000_000).ok()?,
+        })
+    }
+}
+
+/// `std_msgs/msg/Header`.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Header {
+    /// Time of capture.
+    pub stamp: Time,
+    /// Frame of the data.
+    pub frame_id: String,
+}
+
+/// `geometry_msgs/msg/Vector3`, and `Point`, which has the same fields.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct Vector3 {
+    /// Metres or the like.
+    pub x: f64,
+    /// Metres or the like.
+    pub y: f64,
+    /// Metres or the like.
+    pub z: f64,
+}
+
+/// `geometry_msgs/msg/Quaternion`.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Quaternion {
+    /// i.
+    pub x: f64,
+    /// j.
+    pub y: f64,
+    /// k.
+    pub z: f64,
+    /// Real part.
+    pub w: f64,
+}
+
+impl Default for Quaternion {
+    fn default() -> Self {
+        Self { x: 0.0, y: 0.0, z: 0.0, w: 1.0 }
+    }
+}
+
+/// `geometry_msgs/msg/Transform`.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct Transform {
+    /// Metres.
+    pub translation: Vector3,
+    /// Unit quaternion.
+    pub rotation: Quaternion,
+}
+
+/// `geometry_msgs/msg/Pose`.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct Pose {
+    /// Metres.
+    pub position: Vector3,
+    /// Unit quaternion.
+    pub orientation: Quaternion,
+}
+
+/// `geometry_msgs/msg/TransformStamped`: pose of `child_frame_id` in `header.frame_id`.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct TransformStamped {
+    /// Stamp and parent frame.
+    pub header: Header,
+    /// Child frame.
+    pub child_frame_id: String,
+    /// Parent from child.
+    pub transform: Transform,
+}
+
+/// `tf2_msgs/msg/TFMessage`.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct TFMessage {
+    /// The transforms.
+    pub transforms: Vec<TransformStamped>,
+}
+
+/// `geometry_msgs/msg/PoseWithCovariance`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct PoseWithCovariance {
+    /// The pose.
+    pub pose: Pose,
+    /// Six rows of six: x, y, z, then rotations about them.
+    pub covariance: [[f64; 6]; 6],
+}
+
+/// `nav_msgs/msg/Odometry` up to the pose; the twist that follows is not read.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct OdometryPose {
+    /// Stamp and fixed frame.
+    pub header: Header,
+    /// Frame of the robot.
+    pub child_frame_id: String,
+    /// Pose of the robot in the fixed frame.
+    pub pose: PoseWithCovariance,
+}
+
+/// `sensor_msgs/msg/Image`.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Image {
+    /// Stamp and optical frame.
+    pub header: Header,
+    /// Pixels.
+    pub height: u32,
+    /// Pixels.
+    pub width: u32,
+    /// Name of the pixel layout, such as `rgb8` or `16UC1`.
+    pub encoding: String,
+    /// Whether samples of more than a byte are big-endian (0 or 1).
+    pub is_bigendian: u8,
+    /// Bytes from one row to the next.
+    pub step: u32,
+    /// `step * height` bytes.
+    #[serde(with = "serde_bytes")]
+    pub data: Vec<u8>,
+}
+
+/// `sensor_msgs/msg/CompressedImage`.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct CompressedImage {
+    /// Stamp and optical frame.
+    pub header: Header,
+    /// Such as `jpeg`, `rgb8; jpeg compressed bgr8` or `16UC1; compressedDepth png`.
+    pub format: String,
+    /// The file.
+    #[serde(with = "serde_bytes")]
+    pub data: Vec<u8>,
+}
+
+/// `sensor_msgs/msg/RegionOfInterest`.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct RegionOfInterest {
+    /// Pixels.
+    pub x_offset: u32,
+    /// Pixels.
+    pub y_offset: u32,
+    /// Pixels.
+    pub height: u32,
+    /// Pixels.
+    pub width: u32,
+    /// Whether a rectified region is meant.
+    pub do_rectify: bool,
+}
+
+/// `sensor_msgs/msg/CameraInfo`.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct CameraInfo {
+    /// Stamp and optical frame.
+    pub header: Header,
+    /// Pixels.
+    pub height: u32,
+    /// Pixels.
+    pub width: u32,
+    /// `plumb_bob` or `rational_polynomial`.
+    pub distortion_model: String,
+    /// Distortion coefficients.
+    pub d: Vec<f64>,
+    /// Intrinsics, row-major 3x3.
+    pub k: [f64; 9],
+    /// Rectification, row-major 3x3.
+    pub r: [f64; 9],
+    /// Projection, row-major 3x4.
+    pub p: [f64; 12],
+    /// Pixels merged in x; 0 means 1.
+    pub binning_x: u32,
+    /// Pixels merged in y; 0 means 1.
+    pub binning_y: u32,
+    /// The part of the sensor that the image shows; all 0 means all of it.
+    pub roi: RegionOfInterest,
+}
+
+/// A message from its encapsulation: a header of four bytes, whose second says the byte order, then CDR.
+/// Allocates no more than the payload's own size; bytes after the message are ignored.
+///
+/// # Errors
+/// [`crate::Error::Decode`] with `what` for other encapsulations and for messages that end early.
+pub fn decode_cdr<T: DeserializeOwned>(what: &str, payload: &[u8]) -> Result<T> {
+    let Some((header, body)) = payload.split_first_chunk::<4>() else {
+        return Err(decode_error(what, format!("{} bytes are too few for a CDR header", payload.len())));
+    };
+    let decoded = match header[..2] {
+        [0, 0] => cdr_encoding::from_bytes::<T, BigEndian>(body),
+        [0, 1] => cdr_encoding::from_bytes::<T, LittleEndian>(body),
+        [a, b] => {
+            let reason = format!("encapsulation {a:#04x} {b:#04x} is not plain CDR (0x00 0x00 or 0x00 0x01)");
+            return Err(decode_error(what, reason));
+        }
+        _ => return Err(decode_error(what, "no CDR header")),
+    };
+    decoded.map(|(message, _)| message).map_err(|error| decode_error(what, error.to_string()))
+}
+
+/// The encapsulated little-endian CDR of a message.
+///
+/// # Errors
+/// [`crate::Error::Decode`] with `what` for sequences too long for CDR.
+pub fn encode_cdr<T: Serialize>(what: &str, message: &T) -> Result<Vec<u8>> {
+    let mut payload = vec![0, 1, 0, 0];
+    cdr_encoding::to_writer::<T, LittleEndian, _>(&mut payload, message)
+        .map_err(|error| decode_error(what, error.to_string()))?;
+    Ok(payload)
+}
