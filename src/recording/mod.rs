@@ -4,6 +4,8 @@ use crate::camera::CameraModel;
 use crate::error::Result;
 use crate::geometry::Rigid;
 
+pub mod write;
+
 /// A depth image on its native grid, row-major from the top left.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DepthImage {
