@@ -1,9 +1,12 @@
 //! Frames and results with known values for the writers' tests.
 
+use std::path::PathBuf;
+
 use glam::{DQuat, DVec3};
 use limpid::frame::{Counters, FrameImages, FrameLayers, FrameOutput, Grid};
 use limpid::geometry::Rigid;
 use limpid::recording::{DepthImage, DepthSamples, RgbdFrame};
+use tempfile::TempDir;
 
 use super::drive;
 use super::room::Room;
@@ -11,6 +14,15 @@ use super::room::Room;
 pub(crate) const STAMP_NS: u64 = 1_700_000_001_234_567_890;
 /// The depth image is younger than the colour image that the result's stamp comes from.
 pub(crate) const DEPTH_STAMP_NS: u64 = STAMP_NS + 7_000_000;
+
+/// A folder for a test's output: a temporary one, or `LIMPID_KEEP_OUTPUT`, to look at what was written.
+pub(crate) fn output_folder() -> (TempDir, PathBuf) {
+    let temporary = TempDir::new().unwrap();
+    let folder =
+        std::env::var_os("LIMPID_KEEP_OUTPUT").map_or_else(|| temporary.path().to_owned(), PathBuf::from);
+    std::fs::create_dir_all(&folder).unwrap();
+    (temporary, folder)
+}
 
 /// 3x2 pixels of 16UC1 depth in a frame called `optical`.
 pub(crate) fn input(samples: DepthSamples) -> RgbdFrame {

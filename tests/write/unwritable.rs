@@ -93,8 +93,8 @@ fn a_disk_that_is_full_or_read_only() {
 
 #[test]
 fn the_same_writers_work_where_they_can() {
-    let folder = TempDir::new().unwrap();
+    let (_temporary, folder) = sample::output_folder();
     for (writer, write) in WRITERS {
-        write(&folder.path().join(writer)).unwrap();
+        write(&folder.join(format!("sample-{writer}"))).unwrap();
     }
 }

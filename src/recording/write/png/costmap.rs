@@ -8,6 +8,7 @@ use glam::DVec3;
 
 /// Side of the picture that the cells are scaled up to, pixels.
 const TARGET_SIDE: u32 = 720;
+const LEGEND_WIDTH: u32 = 680;
 /// RViz draws free cells transparent; this is its default background.
 const FREE: Rgb = [48, 48, 48];
 const INSCRIBED: Rgb = [0, 255, 255];
@@ -23,7 +24,7 @@ pub(super) fn draw(output: &FrameOutput) -> Canvas {
     let grid = &output.grid;
     let scale = (TARGET_SIDE / grid.width.max(grid.height)).max(1);
     let (width, height) = (grid.width * scale, grid.height * scale);
-    let mut canvas = with_panel(width, height);
+    let mut canvas = with_panel(width, height, LEGEND_WIDTH);
     draw_cells(&mut canvas, grid, &output.costmap, i64::from(scale));
     draw_robot(&mut canvas, output, f64::from(scale));
     draw_scale_bar(&mut canvas, i64::from(height), f64::from(scale) / grid.resolution_m);
@@ -103,5 +104,5 @@ fn legend_ramp(canvas: &mut Canvas, x: i64, y: i64) -> i64 {
         let color = mix(low, high, f32::from(step) / f32::from(STEPS - 1));
         canvas.fill(x + 1 + i64::from(step), y - 1, 1, TEXT_HEIGHT + 2, color);
     }
-    canvas.text(x + i64::from(STEPS) + 8, y, "cost 1-252", super::TEXT) + MARGIN
+    canvas.text(x + i64::from(STEPS) + 10, y, "cost 1-252", super::TEXT) + MARGIN
 }

@@ -24,8 +24,6 @@ const WHITE: Rgb = [255, 255, 255];
 
 /// Height of the legend under a picture, pixels: two lines of text.
 const PANEL_HEIGHT: u32 = 66;
-/// Width that the legends need, pixels.
-const PANEL_WIDTH: u32 = 690;
 const MARGIN: i64 = 12;
 
 /// Writes `DIR/NNNNNN-costmap.png`, and `DIR/NNNNNN-reliability.png` where images were read back.
@@ -66,27 +64,23 @@ impl Sink for PngSink {
     }
 }
 
-/// A picture of `width` x `height` pixels with a panel for the legend under it.
-fn with_panel(width: u32, height: u32) -> Canvas {
-    Canvas::new(width.max(PANEL_WIDTH), height + PANEL_HEIGHT, PANEL)
+/// A picture of `width` x `height` pixels with a panel under it for a legend of `legend_width` pixels.
+fn with_panel(width: u32, height: u32, legend_width: u32) -> Canvas {
+    Canvas::new(width.max(legend_width), height + PANEL_HEIGHT, PANEL)
 }
 
 /// A patch of colour with its name; gives the x where the next one starts.
 fn legend_entry(canvas: &mut Canvas, x: i64, y: i64, label: &str, color: Rgb) -> i64 {
     canvas.fill_framed(x + 1, y, TEXT_HEIGHT, TEXT_HEIGHT, color, TEXT);
-    canvas.text(x + TEXT_HEIGHT + 7, y, label, TEXT) + MARGIN
+    canvas.text(x + TEXT_HEIGHT + 10, y, label, TEXT) + MARGIN
 }
 
 /// Frame number, stamp and state.
 fn status_line(canvas: &mut Canvas, y: i64, output: &FrameOutput) {
     let (seconds, milliseconds) = (output.stamp_ns / 1_000_000_000, output.stamp_ns / 1_000_000 % 1000);
-    let text = format!("frame {:06}  stamp {seconds}.{milliseconds:03} s  ", output.index);
+    let text = format!("{:06}  {seconds}.{milliseconds:03} s  ", output.index);
     let x = canvas.text(MARGIN, y, &text, TEXT);
+    let (state, color) = if output.degraded { ("DEGRADED ", WARNING) } else { ("", TEXT) };
     let percent = output.low_reliability_fraction * 100.0;
-    let (text, color) = if output.degraded {
-        (format!("DEGRADED {percent:.0} % low"), WARNING)
-    } else {
-        (format!("{percent:.0} % low"), TEXT)
-    };
-    canvas.text(x, y, &text, color);
+    canvas.text(x, y, &format!("{state}{percent:.0} % unreliable"), color);
 }

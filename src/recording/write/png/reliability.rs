@@ -4,7 +4,7 @@ use super::canvas::{Canvas, Rgb, TEXT_HEIGHT, byte, mix};
 use super::{MARGIN, legend_entry, status_line, with_panel};
 use crate::frame::{FrameImages, FrameOutput};
 
-/// Width that small images are scaled up to, pixels.
+/// Width that small images are scaled up to, enough for the legend, pixels.
 const TARGET_WIDTH: u32 = 640;
 const UNRELIABLE: Rgb = [255, 32, 16];
 /// Share of red in a pixel at or under tau.
@@ -26,7 +26,7 @@ pub(super) fn draw(images: &FrameImages, output: &FrameOutput, tau: f32) -> Opti
     }
     let scale = TARGET_WIDTH.div_ceil(images.width);
     let (width, height) = (images.width * scale, images.height * scale);
-    let mut canvas = with_panel(width, height);
+    let mut canvas = with_panel(width, height, TARGET_WIDTH);
     for y in 0..height {
         for x in 0..width {
             let pixel = (y / scale * images.width + x / scale) as usize;
