@@ -74,15 +74,14 @@ pub(crate) fn map_from_camera(stamp_ns: u64) -> Rigid {
     map_from_base(stamp_ns).then(base_from_camera())
 }
 
-/// True depth in whole millimetres.
-pub(crate) fn depth_mm(room: &Room, stamp_ns: u64) -> Vec<u16> {
+/// Depth in whole millimetres.
+pub(crate) fn millimetres(depth_m: &[f32]) -> Vec<u16> {
     #[expect(
         clippy::cast_possible_truncation,
         clippy::cast_sign_loss,
         reason = "the room is smaller than 65 m"
     )]
-    let millimetres = |depth_m: f32| (f64::from(depth_m) * 1000.0).round() as u16;
-    room.depth(&camera(), map_from_camera(stamp_ns)).into_iter().map(millimetres).collect()
+    depth_m.iter().map(|&d| (f64::from(d) * 1000.0).round() as u16).collect()
 }
 
 /// The bytes of `testdata/room.mcap`.
@@ -125,7 +124,7 @@ fn write_images(file: &mut MemoryFile, stamp_ns: u64) {
     let info = CameraInfo::new(header.clone(), &camera);
 
     let mut jpeg = Vec::new();
-    let rgb = room.color(&camera, map_from_camera(stamp_ns));
+    let (depth_m, rgb) = room.view(&camera, map_from_camera(stamp_ns));
     JpegEncoder::new_with_quality(&mut jpeg, 90)
         .encode(&rgb, camera.width, camera.height, image::ExtendedColorType::Rgb8)
         .unwrap();
@@ -137,7 +136,7 @@ fn write_images(file: &mut MemoryFile, stamp_ns: u64) {
     file.write("/camera/camera/color/camera_info", stamp_ns, &info).unwrap();
     file.write("/camera/camera/color/image_raw/compressed", stamp_ns, &color).unwrap();
 
-    let bytes: Vec<u8> = depth_mm(&room, stamp_ns).into_iter().flat_map(u16::to_le_bytes).collect();
+    let bytes: Vec<u8> = millimetres(&depth_m).into_iter().flat_map(u16::to_le_bytes).collect();
     let depth = Image {
         header,
         height: camera.height,

@@ -114,15 +114,25 @@ impl Room {
 
     /// True depth along the optical axis, metres, row-major from the top left; 0 where nothing is hit.
     pub(crate) fn depth(&self, camera: &CameraModel, map_from_camera: Rigid) -> Vec<f32> {
-        #[expect(clippy::cast_possible_truncation, reason = "depth images have 32-bit floats")]
-        let depth =
-            |u, v| self.look(camera, map_from_camera, u, v).map_or(0.0, |(_, _, hit)| hit.distance as f32);
-        pixels(camera).map(|(u, v)| depth(u, v)).collect()
+        self.view(camera, map_from_camera).0
     }
 
     /// Shaded RGB, `3 * width * height` bytes; black where nothing is hit.
     pub(crate) fn color(&self, camera: &CameraModel, map_from_camera: Rigid) -> Vec<u8> {
-        pixels(camera).flat_map(|(u, v)| self.shade(camera, map_from_camera, u, v)).collect()
+        self.view(camera, map_from_camera).1
+    }
+
+    /// Depth and colour at once.
+    pub(crate) fn view(&self, camera: &CameraModel, map_from_camera: Rigid) -> (Vec<f32>, Vec<u8>) {
+        let (mut depth_m, mut rgb) = (Vec::new(), Vec::new());
+        for v in 0..camera.height {
+            for u in 0..camera.width {
+                let (depth, color) = self.look(camera, map_from_camera, u, v).unwrap_or_default();
+                depth_m.push(depth);
+                rgb.extend(color);
+            }
+        }
+        (depth_m, rgb)
     }
 
     /// Whether something solid stands at (`x_m`, `y_m`) between the heights `z_min_m` and `z_max_m`.
@@ -133,31 +143,22 @@ impl Room {
         })
     }
 
-    fn shade(&self, camera: &CameraModel, map_from_camera: Rigid, u: u32, v: u32) -> [u8; 3] {
-        let Some((solid, point_m, hit)) = self.look(camera, map_from_camera, u, v) else { return [0; 3] };
-        let brightness = 0.45 + 0.55 * hit.normal.dot(LIGHT.normalize()).max(0.0);
-        #[expect(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "float-to-integer casts saturate"
-        )]
-        solid.albedo(point_m).map(|albedo| (255.0 * albedo * brightness).round() as u8)
-    }
-
-    /// The nearest surface on the ray of a pixel. The ray has z = 1, so distance is depth.
-    fn look(
-        &self,
-        camera: &CameraModel,
-        map_from_camera: Rigid,
-        u: u32,
-        v: u32,
-    ) -> Option<(&AxisAlignedBox, DVec3, Hit)> {
+    /// Depth and colour of the nearest surface on the ray of a pixel. The ray has z = 1, so distance is depth.
+    fn look(&self, camera: &CameraModel, map_from_camera: Rigid, u: u32, v: u32) -> Option<(f32, [u8; 3])> {
         let [x, y] = camera.ray(u.into(), v.into())?;
         let direction = map_from_camera.rotation * DVec3::new(x, y, 1.0);
         let origin_m = map_from_camera.translation_m;
         let hits = self.boxes.iter().filter_map(|solid| Some((solid, solid.enter(origin_m, direction)?)));
         let (solid, hit) = hits.min_by(|a, b| a.1.distance.total_cmp(&b.1.distance))?;
-        Some((solid, origin_m + direction * hit.distance, hit))
+
+        let albedo = solid.albedo(origin_m + direction * hit.distance);
+        let brightness = 0.45 + 0.55 * hit.normal.dot(LIGHT.normalize()).max(0.0);
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "32-bit depth is the format; float-to-integer casts saturate"
+        )]
+        Some((hit.distance as f32, albedo.map(|a| (255.0 * a * brightness).round() as u8)))
     }
 }
 
@@ -171,9 +172,4 @@ fn table(min_m: [f64; 2], max_m: [f64; 2]) -> Vec<AxisAlignedBox> {
         parts.push(AxisAlignedBox::new([x, y, 0.0], [x + LEG_M, y + LEG_M, 0.72], wood));
     }
     parts
-}
-
-fn pixels(camera: &CameraModel) -> impl Iterator<Item = (u32, u32)> {
-    let (width, height) = (camera.width, camera.height);
-    (0..height).flat_map(move |v| (0..width).map(move |u| (u, v)))
 }

@@ -261,6 +261,7 @@ fn diagnostics_carry_state_counters_and_times() {
     assert_eq!(value("low_reliability_fraction"), Some("0.5"));
     assert_eq!((value("pixels"), value("hits"), value("free_cells")), (Some("6"), Some("2"), Some("0")));
     assert_eq!((value("fuse_ms"), value("inflate_ms")), (Some("0.2500"), None));
+    assert_eq!(value("ingest_ms"), Some("0.6250"), "two runs of a pass are summed");
 
     let degraded = FrameOutput { degraded: true, ..sample::output() };
     let messages = written(&sample::input(sample::millimetres()), &degraded);
@@ -286,6 +287,11 @@ fn images_of_another_size_are_refused() {
     output.images.as_mut().unwrap().width = 2;
     let error = sink.write(&sample::input(sample::millimetres()), &output).unwrap_err();
     assert!(matches!(&error, Error::Encode { path: p, .. } if *p == path), "{error}");
+
+    let mut output = sample::output();
+    output.costmap.pop();
+    let error = sink.write(&sample::input(sample::millimetres()), &output).unwrap_err();
+    assert!(error.to_string().ends_with("271 costs do not fill a grid of 16x17 cells"), "{error}");
 }
 
 #[test]

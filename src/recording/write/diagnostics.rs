@@ -1,6 +1,7 @@
 //! The state of a frame as a ROS diagnostic (spec 1 §5).
 
 use super::message::{DiagnosticArray, DiagnosticStatus, Header, KeyValue};
+use super::pass_sums_ms;
 use crate::frame::FrameOutput;
 
 const LEVEL_OK: u8 = 0;
@@ -33,6 +34,7 @@ fn values(output: &FrameOutput) -> Vec<KeyValue> {
     if let Ok(serde_json::Value::Object(counters)) = serde_json::to_value(output.counters) {
         values.extend(counters.iter().map(|(key, value)| pair(key, value.to_string())));
     }
-    values.extend(output.pass_ms.iter().map(|(pass, ms)| pair(&format!("{pass}_ms"), format!("{ms:.4}"))));
+    let passes = pass_sums_ms(output).into_iter();
+    values.extend(passes.map(|(pass, ms)| pair(&format!("{pass}_ms"), format!("{ms:.4}"))));
     values
 }

@@ -9,7 +9,7 @@ use ::exr::prelude::{
 };
 use serde::Serialize;
 
-use super::{Sink, create_folder, encode_error};
+use super::{Sink, create_folder, encode_error, pass_sums_ms};
 use crate::config::Config;
 use crate::error::{Error, Result};
 use crate::frame::{Counters, FrameOutput};
@@ -116,11 +116,6 @@ impl From<Rigid> for PoseRecord {
 impl<'a> FrameRecord<'a> {
     fn of(output: &'a FrameOutput) -> Self {
         let grid = output.grid;
-        let mut pass_ms = BTreeMap::new();
-        // A pass that runs more than once a frame is reported by its sum.
-        for (pass, ms) in &output.pass_ms {
-            *pass_ms.entry(pass.as_str()).or_default() += ms;
-        }
         Self {
             stamp_ns: output.stamp_ns,
             map_from_base: output.map_from_base.into(),
@@ -133,7 +128,7 @@ impl<'a> FrameRecord<'a> {
             state: if output.degraded { "DEGRADED" } else { "OK" },
             low_reliability_fraction: output.low_reliability_fraction,
             counters: output.counters,
-            pass_ms,
+            pass_ms: pass_sums_ms(output).into_iter().collect(),
         }
     }
 }

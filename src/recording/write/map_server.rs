@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use super::encode_error;
+use super::{encode_error, grid_mismatch};
 use crate::error::{Error, Result};
 use crate::frame::{FrameOutput, Grid};
 
@@ -25,9 +25,10 @@ const UNKNOWN: u8 = 205;
 pub fn save_map(stem: &Path, output: &FrameOutput) -> Result<[PathBuf; 2]> {
     let stem = if stem.is_dir() { stem.join("map") } else { stem.to_owned() };
     let [picture, description] = ["pgm", "yaml"].map(|extension| with_suffix(&stem, extension));
-    let pgm = pgm(&output.grid, &output.costmap).ok_or_else(|| {
-        encode_error(&picture, format!("{} costs do not fill the grid", output.costmap.len()))
-    })?;
+    if let Some(reason) = grid_mismatch(output) {
+        return Err(encode_error(&picture, reason));
+    }
+    let pgm = pgm(&output.grid, &output.costmap);
     std::fs::write(&picture, pgm).map_err(Error::file(&picture))?;
     let name = picture.file_name().unwrap_or_default().to_string_lossy();
     std::fs::write(&description, yaml(&output.grid, &name)).map_err(Error::file(&description))?;
@@ -42,17 +43,14 @@ fn with_suffix(stem: &Path, extension: &str) -> PathBuf {
     name.into()
 }
 
-/// Binary PGM with the largest y in the top row; `None` where the costs do not fill the grid.
-fn pgm(grid: &Grid, costmap: &[u8]) -> Option<Vec<u8>> {
-    let (width, height) = (grid.width as usize, grid.height as usize);
-    if width == 0 || costmap.len() != width * height {
-        return None;
-    }
+/// Binary PGM with the largest y in the top row; the costs fill the grid.
+fn pgm(grid: &Grid, costmap: &[u8]) -> Vec<u8> {
+    let (width, height) = (grid.width, grid.height);
     let mut bytes = format!("P5\n{width} {height}\n255\n").into_bytes();
-    for row in costmap.chunks_exact(width).rev() {
+    for row in costmap.chunks_exact(width as usize).rev() {
         bytes.extend(row.iter().map(|&cost| grey_of_cost(cost)));
     }
-    Some(bytes)
+    bytes
 }
 
 fn grey_of_cost(cost: u8) -> u8 {

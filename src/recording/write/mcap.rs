@@ -2,7 +2,7 @@
 
 use std::fs::File;
 use std::io::BufWriter;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use serde_bytes::Bytes;
 
@@ -11,7 +11,7 @@ use super::message::{
     TransformStamped,
 };
 use super::ros_file::RosFile;
-use super::{Sink, create_file, diagnostics, encode_error, narrow};
+use super::{Sink, create_file, diagnostics, encode_error, grid_mismatch, narrow};
 use crate::config::Config;
 use crate::error::Result;
 use crate::frame::{FrameImages, FrameOutput};
@@ -26,7 +26,7 @@ const NAMELESS_CAMERA_FRAME: &str = "camera_optical_frame";
 
 /// Writes `/limpid/...` topics and `/tf`; see the README for the list.
 pub struct McapSink {
-    path: std::path::PathBuf,
+    path: PathBuf,
     file: RosFile<BufWriter<File>>,
     map_frame: String,
     base_frame: String,
@@ -53,6 +53,9 @@ impl McapSink {
     }
 
     fn write_grids(&mut self, output: &FrameOutput) -> Result<()> {
+        if let Some(reason) = grid_mismatch(output) {
+            return Err(encode_error(&self.path, reason));
+        }
         let stamp_ns = output.stamp_ns;
         let grid = &output.grid;
         let header = Header::new(stamp_ns, &self.map_frame);
@@ -119,20 +122,13 @@ impl McapSink {
         encoding: &str,
         data: &[u8],
     ) -> Result<()> {
-        let bytes_per_pixel = if encoding == "mono8" {
-            1
-        } else if encoding == "16UC1" {
-            2
-        } else {
-            4
-        };
         let message = Image {
             header: header.clone(),
             height,
             width,
             encoding,
             is_bigendian: u8::from(cfg!(target_endian = "big")),
-            step: width * bytes_per_pixel,
+            step: width * bytes_per_pixel(encoding),
             data: Bytes::new(data),
         };
         self.file.write(topic, stamp_ns, &message)
@@ -179,6 +175,14 @@ impl Sink for McapSink {
 
     fn finish(&mut self) -> Result<()> {
         self.file.finish().map(|_| ())
+    }
+}
+
+fn bytes_per_pixel(encoding: &str) -> u32 {
+    match encoding {
+        "mono8" => 1,
+        "16UC1" => 2,
+        _ => 4,
     }
 }
 

@@ -38,6 +38,25 @@ pub trait Sink {
     fn finish(&mut self) -> Result<()>;
 }
 
+/// Milliseconds by pass in order of first appearance; a pass that runs more than once is summed.
+fn pass_sums_ms(output: &FrameOutput) -> Vec<(&str, f64)> {
+    let mut sums: Vec<(&str, f64)> = Vec::new();
+    for (pass, ms) in &output.pass_ms {
+        match sums.iter_mut().find(|(name, _)| name == pass) {
+            Some((_, sum)) => *sum += ms,
+            None => sums.push((pass, *ms)),
+        }
+    }
+    sums
+}
+
+/// How the grid's cells and the costs disagree, if they do.
+fn grid_mismatch(output: &FrameOutput) -> Option<String> {
+    let (width, height, costs) = (output.grid.width, output.grid.height, output.costmap.len());
+    let fits = costs > 0 && costs == width as usize * height as usize;
+    (!fits).then(|| format!("{costs} costs do not fill a grid of {width}x{height} cells"))
+}
+
 fn create_file(path: &Path) -> Result<BufWriter<File>> {
     File::create(path).map(BufWriter::new).map_err(Error::file(path))
 }

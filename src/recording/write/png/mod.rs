@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use super::{Sink, create_folder, encode_error, narrow};
+use super::{Sink, create_folder, encode_error, grid_mismatch, narrow};
 use crate::config::Config;
 use crate::error::Result;
 use crate::frame::FrameOutput;
@@ -46,9 +46,8 @@ impl PngSink {
 impl Sink for PngSink {
     fn write(&mut self, _input: &RgbdFrame, output: &FrameOutput) -> Result<()> {
         let path = self.folder.join(format!("{:06}-costmap.png", output.index));
-        let cells = output.grid.width as usize * output.grid.height as usize;
-        if cells == 0 || output.costmap.len() != cells {
-            return Err(encode_error(&path, format!("{} costs do not fill the grid", output.costmap.len())));
+        if let Some(reason) = grid_mismatch(output) {
+            return Err(encode_error(&path, reason));
         }
         costmap::draw(output).save(&path)?;
         let Some(images) = &output.images else { return Ok(()) };

@@ -6,6 +6,8 @@ use crate::frame::{FrameImages, FrameOutput};
 
 /// Width that small images are scaled up to, enough for the legend, pixels.
 const TARGET_WIDTH: u32 = 640;
+/// Height that they are not scaled beyond, pixels.
+const MAX_HEIGHT: u32 = 1280;
 const UNRELIABLE: Rgb = [255, 32, 16];
 /// Share of red in a pixel at or under tau.
 const TINT: f32 = 0.68;
@@ -24,7 +26,7 @@ pub(super) fn draw(images: &FrameImages, output: &FrameOutput, tau: f32) -> Opti
     if pixels == 0 || images.depth_m.len() != pixels || images.reliability.len() != pixels || !color_fits {
         return None;
     }
-    let scale = TARGET_WIDTH.div_ceil(images.width);
+    let scale = TARGET_WIDTH.div_ceil(images.width).min(MAX_HEIGHT / images.height).max(1);
     let (width, height) = (images.width * scale, images.height * scale);
     let mut canvas = with_panel(width, height, TARGET_WIDTH);
     for y in 0..height {
