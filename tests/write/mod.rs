@@ -1,4 +1,7 @@
 //! Writers: what they wrote, read back by other code than theirs.
+//!
+//! With `LIMPID_KEEP_OUTPUT=DIR` samples of every output stay in `DIR`;
+//! `python tests/reference/read_output.py --check DIR/sample-mcap` reads one with the reference readers.
 
 mod dump;
 mod map_server;

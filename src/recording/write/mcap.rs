@@ -24,7 +24,21 @@ const FRAMES_PER_FLUSH: u64 = 15;
 /// Frame of images whose recording names none.
 const NAMELESS_CAMERA_FRAME: &str = "camera_optical_frame";
 
-/// Writes `/limpid/...` topics and `/tf`; see the README for the list.
+/// Writes, for every frame:
+///
+/// | topic | type | stamp |
+/// |---|---|---|
+/// | `/limpid/costmap` | `nav_msgs/OccupancyGrid`, see [`occupancy_of_cost`] | oldest data used |
+/// | `/limpid/costmap_raw` | `nav2_msgs/Costmap` | oldest data used |
+/// | `/limpid/diagnostics` | `diagnostic_msgs/DiagnosticArray` | oldest data used |
+/// | `/tf` | map from base, base from camera | depth image |
+/// | `/limpid/reliability` | `mono8`, R * 255 | depth image |
+/// | `/limpid/reliability_float` | `32FC1`, R | depth image |
+/// | `/limpid/depth_filtered/image` | encoding of the recording, 0 where R is at most tau | depth image |
+/// | `/limpid/depth_filtered/camera_info` | its calibration | depth image |
+///
+/// The last four need the images to be read back. Images and the last frame of `/tf` bear the depth image's
+/// `frame_id`; where it has none, `camera_frame`; where that is empty too, `camera_optical_frame`.
 pub struct McapSink {
     path: PathBuf,
     file: RosFile<BufWriter<File>>,
