@@ -25,6 +25,14 @@ pub enum Error {
         /// What is wrong with it.
         reason: String,
     },
+    /// An output could not be written, for a reason that is not the operating system's.
+    #[error("{path}: {reason}", path = path.display())]
+    Encode {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with its content or its use.
+        reason: String,
+    },
     /// A message, image or field of a recording does not decode.
     #[error("{what}: {reason}")]
     Decode {

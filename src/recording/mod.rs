@@ -13,6 +13,8 @@ use crate::camera::CameraModel;
 use crate::error::Result;
 use crate::geometry::Rigid;
 
+pub mod write;
+
 pub use self::mcap::McapReader;
 
 /// A depth image on its native grid, row-major from the top left.
