@@ -104,6 +104,12 @@ pub enum Error {
     /// The device went away; the pipeline must be built anew.
     #[error("GPU device lost: {0}")]
     DeviceLost(String),
+    /// A recording gave no frame that could be used.
+    #[error("the recording gave no usable frame: {reason}")]
+    Empty {
+        /// What was met instead.
+        reason: String,
+    },
     /// An input's size or type is not what the pipeline was built for.
     #[error("frame input `{what}`: {reason}")]
     Input {

@@ -65,6 +65,7 @@ pub(crate) fn output() -> FrameOutput {
             color: None,
         }),
         layers: Some(FrameLayers { evidence: layer(-1.0), occupancy: layer(0.25), occupied: layer(1.0) }),
+        pass_start_ms: vec![0.0, 0.5, 0.75],
         pass_ms: vec![("ingest".into(), 0.5), ("fuse".into(), 0.25), ("ingest".into(), 0.125)],
     }
 }
