@@ -4,10 +4,12 @@ pub mod image_decode;
 mod image_message;
 mod mcap;
 pub mod message;
+mod open;
 mod pose;
 mod report;
 mod sync;
 pub mod transforms;
+mod tum;
 
 use crate::camera::CameraModel;
 use crate::error::Result;
@@ -16,6 +18,8 @@ use crate::geometry::Rigid;
 pub mod write;
 
 pub use self::mcap::McapReader;
+pub use self::open::open;
+pub use self::tum::TumReader;
 
 /// A depth image on its native grid, row-major from the top left.
 #[derive(Debug, Clone, PartialEq)]

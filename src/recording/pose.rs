@@ -81,19 +81,20 @@ impl PoseResolver {
     ) -> Result<ResolvedPose, TransformError> {
         let map_from_camera = self.tree.lookup(&self.map_frame, camera_frame, stamp_ns, tolerance_ns)?;
         let in_tree = self.tree.lookup(&self.base_frame, camera_frame, stamp_ns, tolerance_ns);
-        let (base_from_camera, base_derived) = match in_tree {
-            Ok(known) => (known, false),
-            Err(error) => match self.stated.lookup(&self.base_frame, camera_frame, 0, 0) {
-                Ok(stated) => (stated, false),
-                Err(_) if self.tree.knows(&self.base_frame) => return Err(error),
-                Err(_) => (
-                    base_under_camera(map_from_camera, self.ground_z_m).inverse().then(map_from_camera),
-                    true,
-                ),
-            },
-        };
-        let map_from_base = map_from_camera.then(base_from_camera.inverse());
-        Ok(ResolvedPose { pose: FramePose { map_from_base, base_from_camera }, base_derived })
+        let known = in_tree
+            .or_else(|error| self.stated.lookup(&self.base_frame, camera_frame, 0, 0).map_err(|_| error));
+        match known {
+            Ok(base_from_camera) => {
+                let map_from_base = map_from_camera.then(base_from_camera.inverse());
+                Ok(ResolvedPose { pose: FramePose { map_from_base, base_from_camera }, base_derived: false })
+            }
+            Err(error) if self.tree.knows(&self.base_frame) => Err(error),
+            Err(_) => {
+                let map_from_base = base_under_camera(map_from_camera, self.ground_z_m);
+                let base_from_camera = map_from_base.inverse().then(map_from_camera);
+                Ok(ResolvedPose { pose: FramePose { map_from_base, base_from_camera }, base_derived: true })
+            }
+        }
     }
 
     /// Why a frame has no pose.

@@ -81,11 +81,21 @@ def recording(path, depth_topic, color_topic, info_topic):
 
 def tum(root):
     """Figures of a TUM folder: depth and camera poses."""
-    lines = lambda name: [l.split() for l in (root / name).read_text().splitlines() if l and l[0] != "#"]
+    def lines(name):
+        return [line.split() for line in (root / name).read_text().splitlines() if line and line[0] != "#"]
+
+    def nanoseconds(stamp):
+        seconds, microseconds = stamp.split(".")
+        return int(seconds) * 10**9 + int(microseconds) * 1000
+
     out = {"depth": [], "transforms": []}
     for stamp, name in lines("depth.txt"):
-        nanoseconds = round(float(stamp.split(".")[0])) * 10**9 + int(stamp.split(".")[1]) * 1000
-        out["depth"].append(depth_row(nanoseconds, np.asarray(Image.open(root / name)).astype(np.uint16)))
+        out["depth"].append(depth_row(nanoseconds(stamp), np.asarray(Image.open(root / name)).astype(np.uint16)))
+    for stamp, *numbers in lines("groundtruth.txt"):
+        pose = np.eye(4)
+        pose[:3, :3] = Rotation.from_quat([float(n) for n in numbers[3:]]).as_matrix()
+        pose[:3, 3] = [float(n) for n in numbers[:3]]
+        out["transforms"].append({"stamp_ns": nanoseconds(stamp), "first_from_last": pose.tolist()})
     return out
 
 

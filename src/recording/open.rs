@@ -1,0 +1,50 @@
+//! Which reader a path is for, by its content.
+
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
+
+use super::{McapReader, Recording, TumReader};
+use crate::config::Config;
+use crate::error::{Error, Result};
+
+const SUPPORTED: &str = "MCAP files and TUM RGB-D folders (depth.txt, camera.yaml) are read";
+
+/// Opens a recording: a TUM RGB-D folder, or an MCAP file.
+///
+/// # Errors
+/// [`Error::Format`] for anything else, with what it looks like and how to convert it; what
+/// [`McapReader::open`] and [`TumReader::open`] return.
+pub fn open(path: &Path, config: &Config) -> Result<Box<dyn Recording>> {
+    if path.is_dir() {
+        return open_folder(path, config);
+    }
+    let mut start = Vec::new();
+    let file = File::open(path).map_err(Error::file(path))?;
+    file.take(16).read_to_end(&mut start).map_err(Error::file(path))?;
+    if start.starts_with(::mcap::MAGIC) {
+        return Ok(Box::new(McapReader::open(path, config)?));
+    }
+    let looks = if start.starts_with(b"#ROSBAG V") {
+        "is a ROS 1 bag: convert it to ROS 2 messages with `rosbags-convert --src IN.bag --dst OUT --dst-storage mcap`"
+    } else if start.starts_with(b"SQLite format 3") {
+        "is an SQLite file, as rosbag2 wrote them (.db3): convert it with `ros2 bag convert` or `mcap convert`"
+    } else if start.is_empty() {
+        "is empty"
+    } else {
+        "is of no known format"
+    };
+    Err(Error::Format { path: path.into(), reason: format!("{looks}; {SUPPORTED}") })
+}
+
+fn open_folder(path: &Path, config: &Config) -> Result<Box<dyn Recording>> {
+    if path.join("depth.txt").exists() {
+        return Ok(Box::new(TumReader::open(path, config)?));
+    }
+    let reason = if path.join("metadata.yaml").exists() {
+        format!("is a rosbag2 folder: give the .mcap file in it; {SUPPORTED}")
+    } else {
+        format!("is a folder without depth.txt; {SUPPORTED}")
+    };
+    Err(Error::Format { path: path.into(), reason })
+}
