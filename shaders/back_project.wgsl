@@ -32,7 +32,7 @@ struct AtomicCellHits {
 @group(0) @binding(2) var<storage, read> reliability: array<f32>;
 @group(0) @binding(3) var<storage, read> rays: array<vec2<f32>>;
 @group(0) @binding(4) var<storage, read_write> cell_hits: array<AtomicCellHits>;
-@group(0) @binding(5) var<storage, read_write> counters: array<atomic<u32>>;
+@group(0) @binding(5) var<storage, read_write> strip_counts: array<u32>;
 
 // Neighbours along a column mostly end in the same cell, so an invocation walks down a strip of one
 // and pays for atomics only where the cell changes.
@@ -131,7 +131,5 @@ fn back_project(@builtin(global_invocation_id) id: vec3<u32>) {
         }
     }
     flush();
-    atomicAdd(&counters[VALID_PIXELS], valid);
-    atomicAdd(&counters[LOW_RELIABILITY_PIXELS], low);
-    atomicAdd(&counters[HIT_PIXELS], hits);
+    strip_counts[id.y * back_project_params.width + id.x] = pack_counts(valid, low, hits);
 }

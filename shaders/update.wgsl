@@ -22,7 +22,6 @@ struct UpdateParams {
 @group(0) @binding(4) var<storage, read_write> evidence: array<f32>;
 @group(0) @binding(5) var<storage, read_write> occupancy: array<f32>;
 @group(0) @binding(6) var<storage, read_write> state: array<u32>;
-@group(0) @binding(7) var<storage, read_write> counters: array<atomic<u32>>;
 
 const UNSEEN = -1.0;
 
@@ -83,21 +82,5 @@ fn update(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     evidence[i] = e;
     occupancy[i] = cell.occupancy;
-    state[i] = now;
-    count_cell(hit, seen, now);
-}
-
-fn count_cell(hit: bool, seen: bool, now: u32) {
-    if hit {
-        atomicAdd(&counters[HIT_CELLS], 1u);
-    }
-    if seen {
-        atomicAdd(&counters[SEEN_THROUGH_CELLS], 1u);
-    }
-    if now == OCCUPIED {
-        atomicAdd(&counters[OCCUPIED_CELLS], 1u);
-    }
-    if now == FREE {
-        atomicAdd(&counters[FREE_CELLS], 1u);
-    }
+    state[i] = now | select(0u, WAS_HIT, hit) | select(0u, WAS_SEEN_THROUGH, seen);
 }

@@ -11,7 +11,7 @@ use crate::receive::{Pending, check_fit, output, seconds_between};
 use crate::recording::RgbdFrame;
 use crate::stage::{Job, Moment, Stage, Window};
 use crate::stage::{back_project, inflate, ingest, move_window, register_color, see_through};
-use crate::stage::{spatial_median, update, weigh};
+use crate::stage::{spatial_median, tally, update, weigh};
 
 /// The stages of one frame, in order (spec 1 §3: move window, update, hysteresis, inflate).
 pub fn stages(job: &Job) -> Vec<Box<dyn Stage>> {
@@ -25,6 +25,7 @@ pub fn stages(job: &Job) -> Vec<Box<dyn Stage>> {
     stages.push(Box::new(see_through::SeeThrough::new(&job.depth)));
     stages.push(Box::new(update::Update));
     stages.push(Box::new(inflate::Inflate));
+    stages.push(Box::new(tally::Tally));
     if let Some(camera) = job.color {
         stages.push(Box::new(register_color::RegisterColor { camera }));
     }

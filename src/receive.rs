@@ -9,7 +9,7 @@ use crate::gpu::{Executor, Readback};
 use crate::recording::{DepthSamples, FramePose, RgbdFrame};
 use crate::stage::Job;
 
-/// State of an occupied cell, as in `shaders/lib/cell.wgsl`.
+/// State of an occupied cell in bits 0-1, as in `shaders/lib/cell.wgsl`.
 const OCCUPIED: u32 = 2;
 
 impl Options {
@@ -163,7 +163,7 @@ impl Reader<'_> {
         Ok(FrameLayers {
             evidence: self.floats("evidence", cells)?,
             occupancy: self.floats("occupancy", cells)?,
-            occupied: state.iter().map(|&s| if s == OCCUPIED { 1.0 } else { 0.0 }).collect(),
+            occupied: state.iter().map(|&s| if s & 3 == OCCUPIED { 1.0 } else { 0.0 }).collect(),
         })
     }
 }

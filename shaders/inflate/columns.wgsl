@@ -38,7 +38,7 @@ fn cost_of(squared: u32, x: u32, y: u32) -> u32 {
         cost = cost_by_squared_distance[squared];
     }
     let cell = y * inflate_columns_params.side + min(x, inflate_columns_params.side - 1u);
-    return select(cost, COST_UNKNOWN, state[cell] == UNKNOWN && cost < COST_INSCRIBED);
+    return select(cost, COST_UNKNOWN, see_state(state[cell]) == UNKNOWN && cost < COST_INSCRIBED);
 }
 
 @compute @workgroup_size(64)

@@ -20,7 +20,7 @@ fn pack(@builtin(global_invocation_id) id: vec3<u32>) {
     let first = (id.x % words) * 32u;
     var bits = 0u;
     for (var i = 0u; i < min(32u, side - first); i++) {
-        bits |= select(0u, 1u << i, state[row * side + first + i] == OCCUPIED);
+        bits |= select(0u, 1u << i, see_state(state[row * side + first + i]) == OCCUPIED);
     }
     occupied_bits[id.x] = bits;
 }

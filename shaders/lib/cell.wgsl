@@ -11,6 +11,14 @@ struct Cell {
     top: u32,           // highest hit recorded, in steps above height_min; 0 = none
 }
 
+// What a frame leaves of a cell for the passes after it: its state in bits 0-1 (see_state), and these.
+const WAS_HIT = 4u;
+const WAS_SEEN_THROUGH = 8u;
+
+fn see_state(word: u32) -> u32 {
+    return word & 3u;
+}
+
 struct CellHits {
     count: u32,         // pixels that ended in the cell inside the height band
     weight: u32,        // sum of their weights, fixed point

@@ -21,7 +21,7 @@ pub const BACK_PROJECT: ShaderSource = ShaderSource {
 };
 
 /// Rows of pixels that one invocation walks down, as in the shader.
-const STRIP: u32 = 16;
+pub const STRIP: u32 = 16;
 
 /// Rays outside the lens model's field are stored this large, as in the shader.
 const NO_RAY: f32 = 1.0e6;
@@ -85,6 +85,7 @@ pub struct BackProject;
 impl Stage for BackProject {
     fn append(&self, plan: &mut Plan, job: &Job) -> Result<()> {
         plan.uniform::<BackProjectParams>("back_project_params")?;
+        plan.scratch("strip_counts", u64::from(job.strips()) * 4)?;
         let strips = job.depth.height.div_ceil(STRIP);
         let invocations = Invocations::area(job.depth.width, strips);
         plan.step(BACK_PROJECT, invocations, &[("depth_m", job.depth_buffer())])

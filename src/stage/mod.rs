@@ -8,6 +8,7 @@ pub mod move_window;
 pub mod register_color;
 pub mod see_through;
 pub mod spatial_median;
+pub mod tally;
 pub mod update;
 pub mod weigh;
 
@@ -50,6 +51,11 @@ impl Job {
     /// The buffer that back-projection and clearing take their depth from.
     pub fn depth_buffer(&self) -> &'static str {
         if self.config.method == Method::Median { "depth_median_m" } else { "depth_m" }
+    }
+
+    /// Strips of pixels down the columns that back-projection counts in.
+    pub fn strips(&self) -> u32 {
+        self.depth.width * self.depth.height.div_ceil(back_project::STRIP)
     }
 
     /// Words of four pixels that cover a depth image.

@@ -46,7 +46,6 @@ impl Stage for MoveWindow {
         plan.state("cells", job.grid_bytes(16))?;
         plan.scratch("cell_hits", job.grid_bytes(16))?;
         plan.scratch("counters", COUNTERS * 4)?;
-        plan.read_back("counters")?;
         plan.step(MOVE_WINDOW, Invocations::line(job.side() * job.side()), &[])
     }
 
