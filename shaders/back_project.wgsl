@@ -16,8 +16,8 @@ struct BackProjectParams {
     distorted: u32,                     // 1: rays come from the table, 0: from the pinhole
     focal_px: vec2<f32>,
     centre_px: vec2<f32>,
-    pad0: u32,
-    pad1: u32,
+    groups: u32,                        // workgroups, and those a column of them has
+    groups_y: u32,
 }
 
 struct AtomicCellHits {
@@ -33,10 +33,13 @@ struct AtomicCellHits {
 @group(0) @binding(3) var<storage, read> rays: array<vec2<f32>>;
 @group(0) @binding(4) var<storage, read_write> cell_hits: array<AtomicCellHits>;
 @group(0) @binding(5) var<storage, read_write> strip_counts: array<u32>;
+@group(0) @binding(6) var<storage, read_write> far_strips: array<f32>;
 
 // Neighbours along a column mostly end in the same cell, so an invocation walks down a strip of one
-// and pays for atomics only where the cell changes.
-const STRIP = 16u;
+// and pays for atomics only where the cell changes. On its way it keeps the farthest trusted depth of
+// every TILE pixels for see_through.
+const STRIP = 2u * TILE;
+const GROUP = 64u;
 const NO_CELL = 0xffffffffu;
 
 // Rays outside the lens model's field are stored this large.
@@ -86,50 +89,67 @@ fn cell_of(point: vec3<f32>) -> u32 {
     return u32(cell.y) * side + u32(cell.x);
 }
 
-@compute @workgroup_size(64)
-fn back_project(@builtin(global_invocation_id) id: vec3<u32>) {
-    if id.x >= back_project_params.width {
+// Workgroups that run at the same time should not meet in the same cells: even ones take the left half
+// of the image, odd ones the right half, each column by column.
+fn strip_of(group: u32, lane: u32) -> vec2<u32> {
+    let block = group / 2u + (group % 2u) * ((back_project_params.groups + 1u) / 2u);
+    return vec2(block / back_project_params.groups_y * GROUP + lane, block % back_project_params.groups_y);
+}
+
+// Adds a trusted pixel to the run of its cell; whether it is a hit.
+fn mark(point: vec3<f32>, weight: f32) -> bool {
+    let above_min = point.z - back_project_params.height_min_m;
+    let is_hit = above_min >= 0.0 && point.z <= back_project_params.height_max_m;
+    let is_floor = abs(point.z) < back_project_params.height_min_m;
+    let cell = cell_of(point);
+    if cell == NO_CELL || !(is_hit || is_floor) {
+        return false;
+    }
+    if cell != run_cell {
+        flush();
+        run_cell = cell;
+    }
+    if is_hit {
+        run_hits.count++;
+        run_hits.weight += u32(weight * back_project_params.weight_scale + 0.5);
+        run_hits.top = max(run_hits.top, height_to_steps(above_min));
+    } else {
+        run_hits.floor = 1u;
+    }
+    return is_hit;
+}
+
+@compute @workgroup_size(GROUP)
+fn back_project(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
+    let width = back_project_params.width;
+    let strip = strip_of(group.x, lane);
+    if group.x >= back_project_params.groups || strip.x >= width {
         return;
     }
     var valid = 0u;
     var low = 0u;
     var hits = 0u;
-    let end = min((id.y + 1u) * STRIP, back_project_params.height);
-    for (var v = id.y * STRIP; v < end; v++) {
-        let pixel = v * back_project_params.width + id.x;
+    var far = 0.0;
+    let end = min((strip.y + 1u) * STRIP, back_project_params.height);
+    for (var v = strip.y * STRIP; v < end; v++) {
+        let pixel = v * width + strip.x;
         let depth = depth_m[pixel];
         let weight = reliability[pixel];
         let trusted = weight > back_project_params.tau;
         valid += select(0u, 1u, depth > 0.0);
         low += select(1u, 0u, trusted);
-        if !trusted || depth <= 0.0 {
-            continue;
+        if trusted && depth > 0.0 {
+            far = max(far, depth);
+            let ray = ray_of(pixel, strip.x, v);
+            if ray.x < NO_RAY && mark(in_window(ray, depth), weight) {
+                hits++;
+            }
         }
-        let ray = ray_of(pixel, id.x, v);
-        if ray.x >= NO_RAY {
-            continue;
-        }
-        let point = in_window(ray, depth);
-        let above_min = point.z - back_project_params.height_min_m;
-        let is_hit = above_min >= 0.0 && point.z <= back_project_params.height_max_m;
-        let is_floor = abs(point.z) < back_project_params.height_min_m;
-        let cell = cell_of(point);
-        if cell == NO_CELL || !(is_hit || is_floor) {
-            continue;
-        }
-        if cell != run_cell {
-            flush();
-            run_cell = cell;
-        }
-        if is_hit {
-            hits++;
-            run_hits.count++;
-            run_hits.weight += u32(weight * back_project_params.weight_scale + 0.5);
-            run_hits.top = max(run_hits.top, height_to_steps(above_min));
-        } else {
-            run_hits.floor = 1u;
+        if (v + 1u) % TILE == 0u || v + 1u == end {
+            far_strips[v / TILE * width + strip.x] = far;
+            far = 0.0;
         }
     }
     flush();
-    strip_counts[id.y * back_project_params.width + id.x] = pack_counts(valid, low, hits);
+    strip_counts[strip.y * width + strip.x] = pack_counts(valid, low, hits);
 }

@@ -1,5 +1,5 @@
-// Raw depth samples to metres; 0 where there is no depth in the method's range.
-// spec 1 §1 (invalid depth is 0), §4 (range gating).
+// Raw depth samples to metres, 0 where there is no depth in the method's range; reliability 1 where there is.
+// spec 1 §1 (invalid depth is 0), §4 (range gating, w = 1).
 struct IngestParams {
     words: u32,         // vec4 words of raw data
     floats: u32,        // 1: float metres, 0: two 16-bit counts a word
@@ -14,6 +14,7 @@ struct IngestParams {
 @group(0) @binding(0) var<uniform> ingest_params: IngestParams;
 @group(0) @binding(1) var<storage, read> depth_raw: array<vec4<u32>>;
 @group(0) @binding(2) var<storage, read_write> depth_m: array<vec4<f32>>;
+@group(0) @binding(3) var<storage, read_write> reliability: array<vec4<f32>>;
 
 fn from_counts(words: vec2<u32>) -> vec4<f32> {
     let raw = vec4(words.x & 0xffffu, words.x >> 16u, words.y & 0xffffu, words.y >> 16u);
@@ -28,6 +29,11 @@ fn from_float(word: u32) -> f32 {
     return select(0.0, depth, measured);
 }
 
+fn store(i: u32, depth: vec4<f32>) {
+    depth_m[i] = depth;
+    reliability[i] = select(vec4(0.0), vec4(1.0), depth > vec4(0.0));
+}
+
 @compute @workgroup_size(64)
 fn ingest(@builtin(global_invocation_id) id: vec3<u32>) {
     let i = id.x;
@@ -36,9 +42,9 @@ fn ingest(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let raw = depth_raw[i];
     if ingest_params.floats == 1u {
-        depth_m[i] = vec4(from_float(raw.x), from_float(raw.y), from_float(raw.z), from_float(raw.w));
+        store(i, vec4(from_float(raw.x), from_float(raw.y), from_float(raw.z), from_float(raw.w)));
     } else {
-        depth_m[2u * i] = from_counts(raw.xy);
-        depth_m[2u * i + 1u] = from_counts(raw.zw);
+        store(2u * i, from_counts(raw.xy));
+        store(2u * i + 1u, from_counts(raw.zw));
     }
 }

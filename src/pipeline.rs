@@ -19,7 +19,9 @@ pub fn stages(job: &Job) -> Vec<Box<dyn Stage>> {
     if job.config.method == Method::Median {
         stages.push(Box::new(spatial_median::SpatialMedian));
     }
-    stages.push(Box::new(weigh::Weigh));
+    if job.confidence {
+        stages.push(Box::new(weigh::Weigh));
+    }
     stages.push(Box::new(move_window::MoveWindow));
     stages.push(Box::new(back_project::BackProject));
     stages.push(Box::new(see_through::SeeThrough::new(&job.depth)));

@@ -1,5 +1,5 @@
 // Farthest trusted depth in and around each tile, a tile's side to every direction.
-// spec 1 §3 (seen through): second half of the far tiles.
+// spec 1 §3 (seen through).
 struct SeeThroughTilesParams {
     width: u32,
     tiles_x: u32,

@@ -7,7 +7,7 @@ use crate::camera::{CameraModel, Distortion};
 use crate::error::Result;
 use crate::gpu::frame::FrameInput;
 use crate::gpu::{Invocations, Plan, ShaderSource};
-use crate::stage::see_through::pinhole;
+use crate::stage::see_through::{TILE, pinhole};
 use crate::stage::{Job, Moment, Stage, rows, single};
 
 /// The pass.
@@ -16,12 +16,16 @@ pub const BACK_PROJECT: ShaderSource = ShaderSource {
     parts: &[
         include_str!("../../shaders/lib/cell.wgsl"),
         include_str!("../../shaders/lib/counters.wgsl"),
+        include_str!("../../shaders/lib/tile.wgsl"),
         include_str!("../../shaders/back_project.wgsl"),
     ],
 };
 
 /// Rows of pixels that one invocation walks down, as in the shader.
-pub const STRIP: u32 = 16;
+pub const STRIP: u32 = 2 * TILE;
+
+/// Columns of pixels that a workgroup takes, as in the shader.
+const GROUP: u32 = 64;
 
 /// Rays outside the lens model's field are stored this large, as in the shader.
 const NO_RAY: f32 = 1.0e6;
@@ -59,11 +63,16 @@ crate::params! {
         pub focal_px: Vec2,
         /// Principal point.
         pub centre_px: Vec2,
-        /// Unused.
-        pub pad0: u32,
-        /// Unused.
-        pub pad1: u32,
+        /// Workgroups.
+        pub groups: u32,
+        /// Workgroups in a column of them.
+        pub groups_y: u32,
     }
+}
+
+/// Workgroups across and down.
+fn groups(camera: &CameraModel) -> [u32; 2] {
+    [camera.width.div_ceil(GROUP), camera.height.div_ceil(STRIP)]
 }
 
 /// The rays (x/z, y/z) of all pixels, row-major, two f32 each.
@@ -86,14 +95,17 @@ impl Stage for BackProject {
     fn append(&self, plan: &mut Plan, job: &Job) -> Result<()> {
         plan.uniform::<BackProjectParams>("back_project_params")?;
         plan.scratch("strip_counts", u64::from(job.strips()) * 4)?;
-        let strips = job.depth.height.div_ceil(STRIP);
-        let invocations = Invocations::area(job.depth.width, strips);
+        let tiles_y = u64::from(job.depth.height.div_ceil(TILE));
+        plan.scratch("far_strips", u64::from(job.depth.width) * tiles_y * 4)?;
+        let [groups_x, groups_y] = groups(&job.depth);
+        let invocations = Invocations::line(groups_x * groups_y * GROUP);
         plan.step(BACK_PROJECT, invocations, &[("depth_m", job.depth_buffer())])
     }
 
     fn write(&self, moment: &Moment<'_>, input: &mut FrameInput<'_>) -> Result<()> {
         let (job, config) = (moment.job, &moment.job.config);
         let [x, y, z] = rows(moment.window_from_camera);
+        let [groups_x, groups_y] = groups(&job.depth);
         let [focal_px, centre_px] = pinhole(&job.depth);
         let params = BackProjectParams {
             window_from_camera_x: x,
@@ -111,8 +123,8 @@ impl Stage for BackProject {
             distorted: u32::from(job.depth.distortion != Distortion::None),
             focal_px,
             centre_px,
-            pad0: 0,
-            pad1: 0,
+            groups: groups_x * groups_y,
+            groups_y,
         };
         input.set("back_project_params", &params)
     }

@@ -8,15 +8,6 @@ use crate::gpu::frame::FrameInput;
 use crate::gpu::{Invocations, Plan, ShaderSource};
 use crate::stage::{Job, Moment, Stage, rows, single};
 
-/// Farthest depths of strips of pixels.
-pub const STRIPS: ShaderSource = ShaderSource {
-    name: "see_through/strips",
-    parts: &[
-        include_str!("../../shaders/lib/tile.wgsl"),
-        include_str!("../../shaders/see_through/strips.wgsl"),
-    ],
-};
-
 /// Farthest depths in and around tiles.
 pub const TILES: ShaderSource = ShaderSource {
     name: "see_through/tiles",
@@ -38,21 +29,7 @@ pub const GATHER: ShaderSource = ShaderSource {
 };
 
 /// Side of a tile in pixels, as in `shaders/lib/tile.wgsl`.
-const TILE: u32 = 8;
-
-crate::params! {
-    /// Parameters of `see_through/strips`.
-    pub struct SeeThroughStripsParams {
-        /// Pixels.
-        pub width: u32,
-        /// Pixels.
-        pub height: u32,
-        /// Weights up to this count for nothing.
-        pub tau: f32,
-        /// Unused.
-        pub pad: u32,
-    }
-}
+pub const TILE: u32 = 8;
 
 crate::params! {
     /// Parameters of `see_through/tiles`.
@@ -168,14 +145,11 @@ impl SeeThrough {
 impl Stage for SeeThrough {
     fn append(&self, plan: &mut Plan, job: &Job) -> Result<()> {
         let [tiles_x, tiles_y] = tiles(&job.depth);
-        plan.uniform::<SeeThroughStripsParams>("see_through_strips_params")?;
         plan.uniform::<SeeThroughTilesParams>("see_through_tiles_params")?;
         plan.uniform::<SeeThroughGatherParams>("see_through_gather_params")?;
-        plan.scratch("far_strips", u64::from(job.depth.width) * u64::from(tiles_y) * 4)?;
         plan.scratch("far_tiles", u64::from(tiles_x) * u64::from(tiles_y) * 4)?;
         plan.scratch("seen_through", job.grid_bytes(4))?;
         let depth = &[("depth_m", job.depth_buffer())];
-        plan.step(STRIPS, Invocations::area(job.depth.width, tiles_y), depth)?;
         plan.step(TILES, Invocations::area(tiles_x, tiles_y), &[])?;
         plan.step(GATHER, Invocations::area(job.side(), job.side()), depth)
     }
@@ -212,11 +186,8 @@ impl Stage for SeeThrough {
             pad0: 0,
             pad1: 0,
         };
-        let (width, height) = (job.depth.width, job.depth.height);
         let [tiles_x, tiles_y] = tiles(&job.depth);
-        let strips = SeeThroughStripsParams { width, height, tau: single(config.tau), pad: 0 };
-        input.set("see_through_strips_params", &strips)?;
-        let around = SeeThroughTilesParams { width, tiles_x, tiles_y, pad: 0 };
+        let around = SeeThroughTilesParams { width: job.depth.width, tiles_x, tiles_y, pad: 0 };
         input.set("see_through_tiles_params", &around)?;
         input.set("see_through_gather_params", &params)
     }

@@ -1,4 +1,4 @@
-//! Reliability per pixel: a constant or the sensor's own confidence (spec 1 §3, §4).
+//! Reliability from the sensor's own confidence (spec 1 §3). Without one, ingest's weight 1 stays.
 
 use std::borrow::Cow;
 
@@ -10,17 +10,10 @@ use crate::gpu::{Invocations, Plan, ShaderSource};
 use crate::stage::ingest::aligned_for_upload;
 use crate::stage::{Job, Moment, Stage};
 
-/// Weight 1 wherever there is depth.
-pub const CONSTANT: ShaderSource =
-    ShaderSource { name: "weigh/constant", parts: &[include_str!("../../shaders/weigh/constant.wgsl")] };
-
-/// Weight from a confidence image.
-pub const CONFIDENCE: ShaderSource = ShaderSource {
-    name: "weigh/confidence",
-    parts: &[
-        include_str!("../../shaders/lib/numbers.wgsl"),
-        include_str!("../../shaders/weigh/confidence.wgsl"),
-    ],
+/// The pass.
+pub const WEIGH: ShaderSource = ShaderSource {
+    name: "weigh",
+    parts: &[include_str!("../../shaders/lib/numbers.wgsl"), include_str!("../../shaders/weigh.wgsl")],
 };
 
 crate::params! {
@@ -38,20 +31,12 @@ pub struct Weigh;
 impl Stage for Weigh {
     fn append(&self, plan: &mut Plan, job: &Job) -> Result<()> {
         plan.uniform::<WeighParams>("weigh_params")?;
-        plan.scratch("reliability", job.image_bytes(4))?;
-        let depth = job.depth_buffer();
-        if job.confidence {
-            plan.upload("confidence_raw", job.image_bytes(4))?;
-        }
-        let pass = if job.confidence { CONFIDENCE } else { CONSTANT };
-        plan.step(pass, Invocations::line(job.pixel_words()), &[("depth_m", depth)])
+        plan.upload("confidence_raw", job.image_bytes(4))?;
+        plan.step(WEIGH, Invocations::line(job.pixel_words()), &[])
     }
 
     fn write(&self, moment: &Moment<'_>, input: &mut FrameInput<'_>) -> Result<()> {
         input.set("weigh_params", &WeighParams { words: moment.job.pixel_words() })?;
-        if !moment.job.confidence {
-            return Ok(());
-        }
         match &moment.frame.confidence {
             Some(confidence) => input.write(
                 "confidence_raw",
