@@ -1,5 +1,6 @@
 //! Recordings in (MCAP, TUM) and out (MCAP, PNG, EXR, map_server), all streaming.
 
+mod event;
 pub mod image_decode;
 mod image_message;
 mod mcap;

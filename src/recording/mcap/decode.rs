@@ -4,9 +4,9 @@ use super::topics::Kind;
 use crate::camera::{CameraModel, Distortion};
 use crate::error::Result;
 use crate::geometry::Rigid;
+use crate::recording::event::{Event, TransformEvent};
 use crate::recording::image_message::ImageMessage;
 use crate::recording::message::{decode_error, foxglove, ros2};
-use crate::recording::sync::{Event, TransformEvent};
 
 /// An image message of any of the supported types.
 pub(super) fn image(kind: Kind, payload: &[u8]) -> Result<ImageMessage> {
