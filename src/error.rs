@@ -25,6 +25,14 @@ pub enum Error {
         /// What is wrong with it.
         reason: String,
     },
+    /// An output could not be written, for a reason that is not the operating system's.
+    #[error("{path}: {reason}", path = path.display())]
+    Encode {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with its content or its use.
+        reason: String,
+    },
     /// A message, image or field of a recording does not decode.
     #[error("{what}: {reason}")]
     Decode {
@@ -96,6 +104,12 @@ pub enum Error {
     /// The device went away; the pipeline must be built anew.
     #[error("GPU device lost: {0}")]
     DeviceLost(String),
+    /// A recording gave no frame that could be used.
+    #[error("the recording gave no usable frame: {reason}")]
+    Empty {
+        /// What was met instead.
+        reason: String,
+    },
     /// An input's size or type is not what the pipeline was built for.
     #[error("frame input `{what}`: {reason}")]
     Input {

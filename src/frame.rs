@@ -107,4 +107,6 @@ pub struct FrameOutput {
     pub layers: Option<FrameLayers>,
     /// GPU time per pass in milliseconds, in order, when profiling.
     pub pass_ms: Vec<(String, f64)>,
+    /// When each of these passes began, milliseconds on the GPU's own clock.
+    pub pass_start_ms: Vec<f64>,
 }

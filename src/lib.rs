@@ -1,6 +1,7 @@
 //! limpid turns RGB-D frames into a navigation costmap that can be trusted around glare,
 //! with WGSL compute shaders on any GPU that wgpu reaches.
 
+pub mod bench;
 pub mod camera;
 pub mod config;
 pub mod error;
@@ -10,6 +11,7 @@ pub mod gpu;
 pub mod pipeline;
 mod receive;
 pub mod recording;
+pub mod run;
 pub mod stage;
 
 pub use config::Config;

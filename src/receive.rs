@@ -106,6 +106,7 @@ pub(crate) fn output(
         images: job.images.then(|| reader.images(job)).transpose()?,
         layers: job.layers.then(|| reader.layers()).transpose()?,
         pass_ms: readback.spans.iter().map(|(name, span)| ((*name).into(), span.length_ns * 1e-6)).collect(),
+        pass_start_ms: readback.spans.iter().map(|(_, span)| span.start_ns * 1e-6).collect(),
     })
 }
 

@@ -57,10 +57,10 @@ impl Timing {
     }
 }
 
-/// When a pass ran within its frame.
+/// When a pass ran.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PassSpan {
-    /// Nanoseconds from the frame's first pass.
+    /// Nanoseconds on the GPU's clock.
     pub start_ns: f64,
     /// Nanoseconds.
     pub length_ns: f64,

@@ -16,6 +16,8 @@ use crate::camera::CameraModel;
 use crate::error::Result;
 use crate::geometry::Rigid;
 
+pub mod write;
+
 pub use self::mcap::McapReader;
 pub use self::open::open;
 pub use self::tum::TumReader;

@@ -2,6 +2,10 @@
 
 use std::path::PathBuf;
 
+pub(crate) mod drive;
+pub(crate) mod room;
+pub(crate) mod sample;
+
 /// Folder of real recordings: `LIMPID_DATA`, by default `../shared/data`; `None`, said aloud, where absent.
 pub(crate) fn data_dir(needed: &str) -> Option<PathBuf> {
     let root = std::env::var_os("LIMPID_DATA").map_or_else(|| PathBuf::from("../shared/data"), PathBuf::from);
@@ -12,3 +16,5 @@ pub(crate) fn data_dir(needed: &str) -> Option<PathBuf> {
     eprintln!("skipped: {} is not there (set LIMPID_DATA)", path.display());
     None
 }
+
+pub(crate) mod scene;

@@ -1,0 +1,49 @@
+//! `limpid bench`.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use limpid::bench::{bench, frames};
+use limpid::frame::Options;
+use limpid::{Error, Result, recording};
+
+use super::{Common, save};
+
+#[derive(Debug, Args)]
+pub(crate) struct BenchArguments {
+    /// MCAP file or TUM folder; frames are read into memory first
+    input: PathBuf,
+    #[command(flatten)]
+    common: Common,
+    /// Frames to measure, after a fifth as many to warm up
+    #[arg(long, default_value_t = 100)]
+    samples: usize,
+    /// Read back depth, reliability and colour images too, as `run` does for its outputs
+    #[arg(long)]
+    images: bool,
+    /// Write the figures as JSON too
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+}
+
+/// Frames held in memory; more samples go round them.
+const FRAMES: usize = 100;
+
+pub(crate) fn execute(arguments: &BenchArguments) -> Result<()> {
+    let config = arguments.common.config()?;
+    let mut recording = recording::open(&arguments.input, &config)?;
+    let frames = frames(recording.as_mut(), FRAMES.min(arguments.samples))?;
+    let options = Options {
+        adapter: arguments.common.adapter.clone(),
+        images: arguments.images,
+        color: frames.iter().find_map(|frame| frame.color.as_ref()).map(|color| color.camera),
+        ..Options::default()
+    };
+    let report = bench(&config, &options, &frames, arguments.samples)?;
+    print!("{}", report.table());
+    if let Some(path) = &arguments.json {
+        let unwritable = |e: serde_json::Error| Error::Encode { path: path.clone(), reason: e.to_string() };
+        save(path, &serde_json::to_string_pretty(&report).map_err(unwritable)?)?;
+    }
+    Ok(())
+}

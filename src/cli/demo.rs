@@ -1,0 +1,55 @@
+//! `limpid demo`.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use limpid::bench::{bench, frames};
+use limpid::frame::Options;
+use limpid::recording::{self, write::save_map};
+use limpid::{Config, Error, Result};
+
+use super::run::{Outputs, print_report, run_with_progress};
+use super::save;
+
+/// The recording that `testdata/README.md` describes.
+const ROOM: &[u8] = include_bytes!("../../testdata/room.mcap");
+
+/// Samples of the timing table: short, since it is a demonstration.
+const SAMPLES: usize = 50;
+
+#[derive(Debug, Args)]
+pub(crate) struct DemoArguments {
+    /// Folder for everything the demo leaves
+    #[arg(short, long, default_value = "demo", value_name = "DIR")]
+    output: PathBuf,
+    /// Use the adapter whose name or driver contains this
+    #[arg(long, value_name = "NAME")]
+    adapter: Option<String>,
+}
+
+pub(crate) fn execute(arguments: &DemoArguments) -> Result<()> {
+    let dir = &arguments.output;
+    std::fs::create_dir_all(dir).map_err(Error::file(dir))?;
+    let [input, mcap, png, timing, map] =
+        ["room.mcap", "costmap.mcap", "pictures", "timing.md", "map"].map(|name| dir.join(name));
+    std::fs::write(&input, ROOM).map_err(Error::file(&input))?;
+    let config = Config::default();
+    let options = Options { adapter: arguments.adapter.clone(), images: true, ..Options::default() };
+    let outputs = Outputs { mcap: Some(&mcap), png: Some(&png), dump: None };
+    let mut room = recording::open(&input, &config)?;
+    let report = run_with_progress(room.as_mut(), 0..u64::MAX, &config, &options, &outputs)?;
+    print_report(&report);
+    if let Some(last) = &report.last {
+        save_map(&map, last)?;
+    }
+    let frames = frames(recording::open(&input, &config)?.as_mut(), SAMPLES)?;
+    let table = bench(&config, &Options { images: false, ..options }, &frames, SAMPLES)?.table();
+    save(&timing, &table)?;
+    println!("\n{table}");
+    println!("recording   {}  (input; open it beside the output)", input.display());
+    println!("costmap     {}  (open it in Foxglove)", mcap.display());
+    println!("pictures    {}", png.display());
+    println!("map         {}.pgm and .yaml  (for nav2's map_server)", map.display());
+    println!("timing      {}", timing.display());
+    Ok(())
+}

@@ -1,0 +1,86 @@
+//! The verbs of the command line, a file each.
+
+mod bench;
+mod demo;
+mod info;
+mod profile;
+mod run;
+
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+use clap::{Args, Parser, Subcommand};
+use limpid::config::Method;
+use limpid::{Config, Result};
+
+/// Navigation costmaps that can be trusted around glare, glass and grass.
+#[derive(Debug, Parser)]
+#[command(version, about)]
+pub(crate) struct Arguments {
+    #[command(subcommand)]
+    verb: Verb,
+}
+
+#[derive(Debug, Subcommand)]
+enum Verb {
+    /// Turn a recording into costmaps
+    Run(run::RunArguments),
+    /// Run on a small built-in recording and leave everything limpid writes in a folder
+    Demo(demo::DemoArguments),
+    /// List GPU adapters, and which would be used and why
+    Info(info::InfoArguments),
+    /// Measure time per pass and per frame
+    Bench(bench::BenchArguments),
+    /// Write a trace of frames and passes that Perfetto (ui.perfetto.dev) opens
+    Profile(profile::ProfileArguments),
+}
+
+/// What every verb that runs frames takes.
+#[derive(Debug, Args)]
+struct Common {
+    /// Parameters in YAML; `limpid.yaml` in the repository explains every key
+    #[arg(short, long, value_name = "FILE")]
+    config: Option<PathBuf>,
+    /// How depth becomes evidence, in place of the configuration's method
+    #[arg(long, value_enum)]
+    method: Option<Method>,
+    /// Use the adapter whose name or driver contains this (else LIMPID_ADAPTER, else the best)
+    #[arg(long, value_name = "NAME")]
+    adapter: Option<String>,
+}
+
+impl Common {
+    fn config(&self) -> Result<Config> {
+        let mut config = self.config.as_deref().map_or_else(|| Ok(Config::default()), Config::read)?;
+        config.method = self.method.unwrap_or(config.method);
+        config.validate()?;
+        Ok(config)
+    }
+}
+
+pub(crate) fn execute(arguments: Arguments) -> Result<()> {
+    match arguments.verb {
+        Verb::Run(arguments) => run::execute(&arguments),
+        Verb::Demo(arguments) => demo::execute(&arguments),
+        Verb::Info(arguments) => info::execute(&arguments),
+        Verb::Bench(arguments) => bench::execute(&arguments),
+        Verb::Profile(arguments) => profile::execute(&arguments),
+    }
+}
+
+/// `A..B` (B left out: to the end), by the numbers of the depth images.
+fn parse_range(text: &str) -> std::result::Result<Range<u64>, String> {
+    let wrong = || format!("`{text}` is not of the form A..B, A.. or ..B with A below B");
+    let (start, end) = text.split_once("..").ok_or_else(wrong)?;
+    let number = |text: &str, absent: u64| match text {
+        "" => Ok(absent),
+        digits => digits.parse().map_err(|_| wrong()),
+    };
+    let range = number(start, 0)?..number(end, u64::MAX)?;
+    if range.is_empty() { Err(wrong()) } else { Ok(range) }
+}
+
+/// Writes `text` to the file.
+fn save(path: &Path, text: &str) -> Result<()> {
+    std::fs::write(path, text).map_err(limpid::Error::file(path))
+}

@@ -1,0 +1,158 @@
+//! `limpid run`.
+
+use std::io::IsTerminal;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use indicatif::{ProgressBar, ProgressStyle};
+use limpid::frame::Options;
+use limpid::recording::write::{DumpSink, McapSink, PngSink, Sink, save_map};
+use limpid::recording::{self, Recording};
+use limpid::run::{RunReport, run};
+use limpid::{Config, Result};
+
+use super::{Common, parse_range};
+
+#[derive(Debug, Args)]
+pub(crate) struct RunArguments {
+    /// MCAP file or TUM folder
+    input: PathBuf,
+    #[command(flatten)]
+    common: Common,
+    /// Write costmaps, reliability, filtered depth and transforms as MCAP
+    #[arg(short, long, value_name = "MCAP")]
+    output: Option<PathBuf>,
+    /// Write pictures of costmap and reliability per frame
+    #[arg(long, value_name = "DIR")]
+    png: Option<PathBuf>,
+    /// Write every buffer per frame as EXR, with frame.json
+    #[arg(long, value_name = "DIR")]
+    dump: Option<PathBuf>,
+    /// Write the last map for nav2's map_server: STEM.pgm and STEM.yaml
+    #[arg(long, value_name = "STEM")]
+    map: Option<PathBuf>,
+    /// Only the depth images numbered A to B - 1
+    #[arg(long, value_name = "A..B", value_parser = parse_range)]
+    frames: Option<Range<u64>>,
+    /// Time the passes too, for the dump and the diagnostics
+    #[arg(long)]
+    timing: bool,
+}
+
+pub(crate) fn execute(arguments: &RunArguments) -> Result<()> {
+    let config = arguments.common.config()?;
+    let mut recording = recording::open(&arguments.input, &config)?;
+    let outputs = Outputs {
+        mcap: arguments.output.as_deref(),
+        png: arguments.png.as_deref(),
+        dump: arguments.dump.as_deref(),
+    };
+    let options = Options {
+        adapter: arguments.common.adapter.clone(),
+        profiling: arguments.timing,
+        images: outputs.mcap.is_some() || outputs.png.is_some() || outputs.dump.is_some(),
+        layers: outputs.dump.is_some(),
+        color: None,
+    };
+    let range = arguments.frames.clone().unwrap_or(0..u64::MAX);
+    let report = run_with_progress(recording.as_mut(), range, &config, &options, &outputs)?;
+    print_report(&report);
+    if let (Some(stem), Some(last)) = (&arguments.map, &report.last) {
+        let [image, yaml] = save_map(stem, last)?;
+        println!("map: {} and {}", image.display(), yaml.display());
+    }
+    Ok(())
+}
+
+/// Where results go.
+#[derive(Debug, Default)]
+pub(super) struct Outputs<'a> {
+    pub(super) mcap: Option<&'a Path>,
+    pub(super) png: Option<&'a Path>,
+    pub(super) dump: Option<&'a Path>,
+}
+
+impl Outputs<'_> {
+    fn sinks(&self, config: &Config) -> Result<Vec<Box<dyn Sink>>> {
+        let mut sinks: Vec<Box<dyn Sink>> = Vec::new();
+        if let Some(path) = self.mcap {
+            sinks.push(Box::new(McapSink::create(path, config)?));
+        }
+        if let Some(path) = self.png {
+            sinks.push(Box::new(PngSink::create(path, config)?));
+        }
+        if let Some(path) = self.dump {
+            sinks.push(Box::new(DumpSink::create(path, config)?));
+        }
+        Ok(sinks)
+    }
+}
+
+pub(super) fn run_with_progress(
+    recording: &mut dyn Recording,
+    range: Range<u64>,
+    config: &Config,
+    options: &Options,
+    outputs: &Outputs<'_>,
+) -> Result<RunReport> {
+    let mut sinks = outputs.sinks(config)?;
+    let total = recording.frame_count_hint().map(|count| range.end.min(count).saturating_sub(range.start));
+    let bar = progress_bar(total);
+    let report = run(recording, range, config, options, &mut sinks, &mut |output| {
+        bar.inc(1);
+        if output.degraded {
+            bar.set_message("DEGRADED");
+        } else {
+            bar.set_message("");
+        }
+    });
+    bar.finish_and_clear();
+    report
+}
+
+/// On standard error, hidden where that is no terminal.
+fn progress_bar(total: Option<u64>) -> ProgressBar {
+    if !std::io::stderr().is_terminal() {
+        return ProgressBar::hidden();
+    }
+    let template = match total {
+        Some(_) => "{bar:40} {pos}/{len} frames, {per_sec}, {eta} left {msg}",
+        None => "{spinner} {pos} frames, {per_sec} {msg}",
+    };
+    let bar = total.map_or_else(ProgressBar::new_spinner, ProgressBar::new);
+    match ProgressStyle::with_template(template) {
+        Ok(style) => bar.with_style(style),
+        Err(_) => bar,
+    }
+}
+
+pub(super) fn print_report(report: &RunReport) {
+    println!("adapter: {}", report.adapter);
+    for note in &report.read.notes {
+        println!("note: {note}");
+    }
+    for skipped in &report.read.skipped {
+        println!("skipped {} x {}: {}", skipped.count, skipped.source, skipped.reason);
+    }
+    if let Some(reason) = &report.first_unfit {
+        println!("refused {} frames, the first: {reason}", report.unfit);
+    }
+    let seconds = report.elapsed.as_secs_f64();
+    #[expect(clippy::cast_precision_loss, reason = "frames counted in a run fit in 53 bits")]
+    let frames = report.frames as f64;
+    println!(
+        "{} frames in {seconds:.2} s ({:.1} ms a frame, reading and writing included), pipeline built in {:.0} ms",
+        report.frames,
+        seconds * 1e3 / frames.max(1.0),
+        report.build.as_secs_f64() * 1e3,
+    );
+    println!("{} without a pose, {} degraded", report.without_pose, report.degraded);
+    if let Some(last) = &report.last {
+        let c = last.counters;
+        println!(
+            "last frame: {} hit and {} seen-through cells; map: {} occupied, {} free cells",
+            c.hit_cells, c.seen_through_cells, c.occupied_cells, c.free_cells
+        );
+    }
+}

@@ -1,0 +1,241 @@
+//! Results as an MCAP that Foxglove, RViz and Nav2's tools open without configuration.
+
+use std::fs::File;
+use std::io::BufWriter;
+use std::path::{Path, PathBuf};
+
+use serde_bytes::Bytes;
+
+use super::message::{
+    CameraInfo, Costmap, CostmapMetaData, Header, Image, MapMetaData, OccupancyGrid, Pose, TfMessage, Time,
+    TransformStamped,
+};
+use super::ros_file::RosFile;
+use super::{Sink, create_file, diagnostics, encode_error, grid_mismatch, narrow};
+use crate::config::Config;
+use crate::error::Result;
+use crate::frame::{FrameImages, FrameOutput};
+use crate::geometry::Rigid;
+use crate::recording::{DepthImage, DepthSamples, RgbdFrame};
+
+/// A crash loses at most this many frames.
+const FRAMES_PER_FLUSH: u64 = 15;
+
+/// Frame of images whose recording names none.
+const NAMELESS_CAMERA_FRAME: &str = "camera_optical_frame";
+
+/// Writes, for every frame:
+///
+/// | topic | type | stamp |
+/// |---|---|---|
+/// | `/limpid/costmap` | `nav_msgs/OccupancyGrid`, see [`occupancy_of_cost`] | oldest data used |
+/// | `/limpid/costmap_raw` | `nav2_msgs/Costmap` | oldest data used |
+/// | `/limpid/diagnostics` | `diagnostic_msgs/DiagnosticArray` | oldest data used |
+/// | `/tf` | map from base, base from camera | depth image |
+/// | `/limpid/reliability` | `mono8`, R * 255 | depth image |
+/// | `/limpid/reliability_float` | `32FC1`, R | depth image |
+/// | `/limpid/depth_filtered/image` | encoding of the recording, 0 where R is at most tau | depth image |
+/// | `/limpid/depth_filtered/camera_info` | its calibration | depth image |
+///
+/// The last four need the images to be read back. Images and the last frame of `/tf` bear the depth image's
+/// `frame_id`; where it has none, `camera_frame`; where that is empty too, `camera_optical_frame`.
+pub struct McapSink {
+    path: PathBuf,
+    file: RosFile<BufWriter<File>>,
+    map_frame: String,
+    base_frame: String,
+    camera_frame: String,
+    tau: f32,
+    frames: u64,
+}
+
+impl McapSink {
+    /// Creates (or replaces) the file `path`.
+    ///
+    /// # Errors
+    /// [`Error::File`](crate::Error::File) where it cannot be created.
+    pub fn create(path: &Path, config: &Config) -> Result<Self> {
+        Ok(Self {
+            path: path.into(),
+            file: RosFile::new(create_file(path)?, path)?,
+            map_frame: config.map_frame.clone(),
+            base_frame: config.base_frame.clone(),
+            camera_frame: config.camera_frame.clone(),
+            tau: narrow(config.tau),
+            frames: 0,
+        })
+    }
+
+    fn write_grids(&mut self, output: &FrameOutput) -> Result<()> {
+        if let Some(reason) = grid_mismatch(output) {
+            return Err(encode_error(&self.path, reason));
+        }
+        let stamp_ns = output.stamp_ns;
+        let grid = &output.grid;
+        let header = Header::new(stamp_ns, &self.map_frame);
+        let origin = Pose {
+            translation_m: [grid.origin_x_m, grid.origin_y_m, 0.0],
+            rotation_xyzw: [0.0, 0.0, 0.0, 1.0],
+        };
+        let (time, resolution) = (Time::from_ns(stamp_ns), narrow(grid.resolution_m));
+        let (width, height) = (grid.width, grid.height);
+
+        let occupancy: Vec<u8> =
+            output.costmap.iter().map(|&c| occupancy_of_cost(c).cast_unsigned()).collect();
+        let info = MapMetaData { map_load_time: time, resolution, width, height, origin };
+        let message = OccupancyGrid { header: header.clone(), info, data: Bytes::new(&occupancy) };
+        self.file.write("/limpid/costmap", stamp_ns, &message)?;
+
+        let metadata = CostmapMetaData {
+            map_load_time: time,
+            update_time: time,
+            layer: "limpid".into(),
+            resolution,
+            size_x: width,
+            size_y: height,
+            origin,
+        };
+        let message = Costmap { header, metadata, data: Bytes::new(&output.costmap) };
+        self.file.write("/limpid/costmap_raw", stamp_ns, &message)
+    }
+
+    fn write_transforms(&mut self, stamp_ns: u64, camera_frame: &str, output: &FrameOutput) -> Result<()> {
+        let edge = |parent: &str, child: &str, pose: Rigid| TransformStamped {
+            header: Header::new(stamp_ns, parent),
+            child_frame_id: child.to_owned(),
+            transform: pose.into(),
+        };
+        let mut transforms = vec![edge(&self.map_frame, &self.base_frame, output.map_from_base)];
+        // A robot whose base is the camera itself has one edge only.
+        if camera_frame != self.base_frame {
+            transforms.push(edge(&self.base_frame, camera_frame, output.base_from_camera));
+        }
+        self.file.write("/tf", stamp_ns, &TfMessage { transforms })
+    }
+
+    fn write_images(&mut self, depth: &DepthImage, header: &Header, images: &FrameImages) -> Result<()> {
+        let rounded: Vec<u8> = images.reliability.iter().map(|&r| byte_of_unit(r)).collect();
+        let size = (images.width, images.height);
+        self.write_image("/limpid/reliability", depth.stamp_ns, header, size, "mono8", &rounded)?;
+        let floats = bytemuck::cast_slice(&images.reliability);
+        self.write_image("/limpid/reliability_float", depth.stamp_ns, header, size, "32FC1", floats)?;
+
+        let (encoding, filtered) = filtered_depth(&depth.samples, &images.reliability, self.tau);
+        let size = (depth.camera.width, depth.camera.height);
+        self.write_image("/limpid/depth_filtered/image", depth.stamp_ns, header, size, encoding, &filtered)?;
+        let calibration = CameraInfo::new(header.clone(), &depth.camera);
+        self.file.write("/limpid/depth_filtered/camera_info", depth.stamp_ns, &calibration)
+    }
+
+    fn write_image(
+        &mut self,
+        topic: &str,
+        stamp_ns: u64,
+        header: &Header,
+        (width, height): (u32, u32),
+        encoding: &str,
+        data: &[u8],
+    ) -> Result<()> {
+        let message = Image {
+            header: header.clone(),
+            height,
+            width,
+            encoding,
+            is_bigendian: u8::from(cfg!(target_endian = "big")),
+            step: width * bytes_per_pixel(encoding),
+            data: Bytes::new(data),
+        };
+        self.file.write(topic, stamp_ns, &message)
+    }
+
+    fn check_sizes(&self, depth: &DepthImage, images: &FrameImages) -> Result<()> {
+        let pixels = depth.camera.width as usize * depth.camera.height as usize;
+        let same_size = (images.width, images.height) == (depth.camera.width, depth.camera.height);
+        if same_size && images.reliability.len() == pixels && depth.samples.len() == pixels {
+            return Ok(());
+        }
+        let reason = format!(
+            "{} samples and {} reliabilities ({}x{}) do not fit a {}x{} depth image",
+            depth.samples.len(),
+            images.reliability.len(),
+            images.width,
+            images.height,
+            depth.camera.width,
+            depth.camera.height
+        );
+        Err(encode_error(&self.path, reason))
+    }
+}
+
+impl Sink for McapSink {
+    fn write(&mut self, input: &RgbdFrame, output: &FrameOutput) -> Result<()> {
+        let depth = &input.depth;
+        let camera_frame = [&depth.frame_id, &self.camera_frame].into_iter().find(|name| !name.is_empty());
+        let camera_frame = camera_frame.map_or(NAMELESS_CAMERA_FRAME, String::as_str).to_owned();
+        self.write_grids(output)?;
+        self.file.write(
+            "/limpid/diagnostics",
+            output.stamp_ns,
+            &diagnostics::of_frame(output, &camera_frame),
+        )?;
+        self.write_transforms(depth.stamp_ns, &camera_frame, output)?;
+        if let Some(images) = &output.images {
+            self.check_sizes(depth, images)?;
+            self.write_images(depth, &Header::new(depth.stamp_ns, &camera_frame), images)?;
+        }
+        self.frames += 1;
+        if self.frames.is_multiple_of(FRAMES_PER_FLUSH) { self.file.flush() } else { Ok(()) }
+    }
+
+    fn finish(&mut self) -> Result<()> {
+        self.file.finish().map(|_| ())
+    }
+}
+
+fn bytes_per_pixel(encoding: &str) -> u32 {
+    match encoding {
+        "mono8" => 1,
+        "16UC1" => 2,
+        _ => 4,
+    }
+}
+
+/// `nav_msgs/OccupancyGrid` value of a Nav2 cost, as Nav2's costmap publisher translates it:
+/// 0 free, 1..=98 for costs 1..=252, 99 inscribed, 100 lethal, -1 unknown.
+pub fn occupancy_of_cost(cost: u8) -> i8 {
+    match cost {
+        0 => 0,
+        253 => 99,
+        254 => 100,
+        255 => -1,
+        // At most 98, so the conversion cannot fail.
+        graded => i8::try_from(1 + 97 * (u32::from(graded) - 1) / 251).unwrap_or(98),
+    }
+}
+
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "clamped to 0..=255; NaN becomes 0"
+)]
+fn byte_of_unit(share: f32) -> u8 {
+    (share.clamp(0.0, 1.0) * 255.0).round() as u8
+}
+
+/// The samples as the sensor wrote them, 0 where reliability is not above `tau`; encoding and bytes.
+fn filtered_depth(samples: &DepthSamples, reliability: &[f32], tau: f32) -> (&'static str, Vec<u8>) {
+    // Written so that a NaN reliability removes its pixel.
+    let trusted = |r: f32| r > tau;
+    match samples {
+        DepthSamples::Integer { raw, .. } => {
+            let kept: Vec<u16> =
+                raw.iter().zip(reliability).map(|(&d, &r)| if trusted(r) { d } else { 0 }).collect();
+            ("16UC1", bytemuck::cast_slice(&kept).to_vec())
+        }
+        DepthSamples::Metres(metres) => {
+            let kept: Vec<f32> =
+                metres.iter().zip(reliability).map(|(&d, &r)| if trusted(r) { d } else { 0.0 }).collect();
+            ("32FC1", bytemuck::cast_slice(&kept).to_vec())
+        }
+    }
+}

@@ -1,0 +1,80 @@
+//! Writers: MCAP, pictures, EXR dumps and map_server files.
+
+use std::fs::File;
+use std::io::BufWriter;
+use std::path::Path;
+
+use crate::error::{Error, Result};
+use crate::frame::FrameOutput;
+use crate::recording::RgbdFrame;
+
+mod diagnostics;
+mod exr;
+mod map_server;
+mod mcap;
+pub mod message;
+mod png;
+mod ros_file;
+mod schema;
+
+pub use exr::DumpSink;
+pub use map_server::save_map;
+pub use mcap::{McapSink, occupancy_of_cost};
+pub use png::PngSink;
+pub use ros_file::RosFile;
+
+/// Something that takes the results of a run, frame by frame.
+pub trait Sink {
+    /// Writes what `output` holds for the frame `input`.
+    ///
+    /// # Errors
+    /// [`Error::File`] or [`Error::Encode`], both with the path.
+    fn write(&mut self, input: &RgbdFrame, output: &FrameOutput) -> Result<()>;
+
+    /// Completes and closes what was written; writing afterwards is an error.
+    ///
+    /// # Errors
+    /// [`Error::File`] or [`Error::Encode`], both with the path.
+    fn finish(&mut self) -> Result<()>;
+}
+
+/// Milliseconds by pass in order of first appearance; a pass that runs more than once is summed.
+fn pass_sums_ms(output: &FrameOutput) -> Vec<(&str, f64)> {
+    let mut sums: Vec<(&str, f64)> = Vec::new();
+    for (pass, ms) in &output.pass_ms {
+        match sums.iter_mut().find(|(name, _)| name == pass) {
+            Some((_, sum)) => *sum += ms,
+            None => sums.push((pass, *ms)),
+        }
+    }
+    sums
+}
+
+/// How the grid's cells and the costs disagree, if they do.
+fn grid_mismatch(output: &FrameOutput) -> Option<String> {
+    let (width, height, costs) = (output.grid.width, output.grid.height, output.costmap.len());
+    let fits = costs > 0 && costs == width as usize * height as usize;
+    (!fits).then(|| format!("{costs} costs do not fill a grid of {width}x{height} cells"))
+}
+
+fn create_file(path: &Path) -> Result<BufWriter<File>> {
+    File::create(path).map(BufWriter::new).map_err(Error::file(path))
+}
+
+/// Makes `path` a folder; its parent must exist, so that a mistyped path is found out.
+fn create_folder(path: &Path) -> Result<()> {
+    match std::fs::create_dir(path) {
+        Err(_) if path.is_dir() => Ok(()),
+        result => result.map_err(Error::file(path)),
+    }
+}
+
+/// An [`Error::Encode`] for `path`.
+fn encode_error(path: &Path, reason: impl ToString) -> Error {
+    Error::Encode { path: path.into(), reason: reason.to_string() }
+}
+
+#[expect(clippy::cast_possible_truncation, reason = "narrowed on purpose: the format has 32-bit floats")]
+fn narrow(value: f64) -> f32 {
+    value as f32
+}

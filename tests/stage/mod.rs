@@ -1,0 +1,3 @@
+//! A test file per stage.
+
+mod smoke;

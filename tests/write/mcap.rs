@@ -1,0 +1,332 @@
+//! The MCAP output, decoded field by field from its bytes.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use byteorder::LittleEndian;
+use limpid::camera::Distortion;
+use limpid::frame::FrameOutput;
+use limpid::recording::write::{McapSink, Sink, occupancy_of_cost};
+use limpid::recording::{DepthSamples, RgbdFrame};
+use limpid::{Config, Error};
+use serde::Deserialize;
+use serde_bytes::ByteBuf;
+use tempfile::TempDir;
+
+use crate::support::sample;
+
+type Time = (i32, u32);
+type Header = (Time, String);
+type Transform = ([f64; 3], [f64; 4]);
+type Grid = (Header, (Time, f32, u32, u32, Transform), ByteBuf);
+type Costmap = (Header, (Time, Time, String, f32, u32, u32, Transform), ByteBuf);
+type Image = (Header, u32, u32, String, u8, u32, ByteBuf);
+type Calibration =
+    (Header, u32, u32, String, Vec<f64>, [f64; 9], [f64; 9], [f64; 12], [u32; 2], ([u32; 4], bool));
+type Transforms = Vec<(Header, String, Transform)>;
+type Diagnostics = (Header, Vec<(u8, String, String, String, Vec<(String, String)>)>);
+
+const STAMP: Time = (1_700_000_001, 234_567_890);
+const DEPTH_STAMP: Time = (1_700_000_001, 241_567_890);
+
+struct Message {
+    topic: String,
+    schema_name: String,
+    schema: String,
+    log_time: u64,
+    data: Vec<u8>,
+}
+
+fn read(path: &Path) -> Vec<Message> {
+    let bytes = std::fs::read(path).unwrap();
+    let summary = ::mcap::Summary::read(&bytes).unwrap().expect("has a summary");
+    assert_eq!(summary.chunk_indexes.first().unwrap().compression, "zstd");
+    ::mcap::MessageStream::new(&bytes).unwrap().map(|message| own(&message.unwrap())).collect()
+}
+
+fn own(message: &::mcap::Message<'_>) -> Message {
+    let schema = message.channel.schema.as_ref().unwrap();
+    assert_eq!((schema.encoding.as_str(), message.channel.message_encoding.as_str()), ("ros2msg", "cdr"));
+    assert_eq!(message.log_time, message.publish_time);
+    assert_eq!(message.data[..4], [0, 1, 0, 0], "CDR little endian");
+    Message {
+        topic: message.channel.topic.clone(),
+        schema_name: schema.name.clone(),
+        schema: String::from_utf8(schema.data.to_vec()).unwrap(),
+        log_time: message.log_time,
+        data: message.data.to_vec(),
+    }
+}
+
+/// The only message of `topic`, all its bytes used.
+fn decode<T: for<'a> Deserialize<'a>>(messages: &[Message], topic: &str) -> T {
+    let mut of_topic = messages.iter().filter(|m| m.topic == topic);
+    let message = of_topic.next().unwrap_or_else(|| panic!("no message on {topic}"));
+    assert!(of_topic.next().is_none(), "more than one message on {topic}");
+    let (value, used) = cdr_encoding::from_bytes::<T, LittleEndian>(&message.data[4..]).unwrap();
+    assert_eq!(used, message.data.len() - 4, "{topic}: bytes left over");
+    value
+}
+
+fn write(input: &RgbdFrame, output: &FrameOutput) -> (TempDir, PathBuf) {
+    let folder = TempDir::new().unwrap();
+    let path = folder.path().join("out.mcap");
+    let mut sink = McapSink::create(&path, &Config::default()).unwrap();
+    sink.write(input, output).unwrap();
+    sink.finish().unwrap();
+    (folder, path)
+}
+
+fn written(input: &RgbdFrame, output: &FrameOutput) -> Vec<Message> {
+    read(&write(input, output).1)
+}
+
+fn sample_messages() -> Vec<Message> {
+    written(&sample::input(sample::millimetres()), &sample::output())
+}
+
+#[test]
+fn topics_types_and_times() {
+    let messages = sample_messages();
+    let found: BTreeMap<_, _> =
+        messages.iter().map(|m| (m.topic.as_str(), (m.schema_name.as_str(), m.log_time))).collect();
+    let (stamp, depth) = (sample::STAMP_NS, sample::DEPTH_STAMP_NS);
+    let expected = BTreeMap::from([
+        ("/limpid/costmap", ("nav_msgs/msg/OccupancyGrid", stamp)),
+        ("/limpid/costmap_raw", ("nav2_msgs/msg/Costmap", stamp)),
+        ("/limpid/depth_filtered/camera_info", ("sensor_msgs/msg/CameraInfo", depth)),
+        ("/limpid/depth_filtered/image", ("sensor_msgs/msg/Image", depth)),
+        ("/limpid/diagnostics", ("diagnostic_msgs/msg/DiagnosticArray", stamp)),
+        ("/limpid/reliability", ("sensor_msgs/msg/Image", depth)),
+        ("/limpid/reliability_float", ("sensor_msgs/msg/Image", depth)),
+        ("/tf", ("tf2_msgs/msg/TFMessage", depth)),
+    ]);
+    assert_eq!(found, expected);
+}
+
+#[test]
+fn header_says_ros2() {
+    let (_folder, path) = write(&sample::input(sample::millimetres()), &sample::output());
+    let bytes = std::fs::read(path).unwrap();
+    // Magic (8), opcode (1), length (8), then the profile as a string with a 32-bit length.
+    assert_eq!(&bytes[17..25], b"\x04\0\0\0ros2");
+}
+
+#[test]
+fn schemas_define_every_type_they_use() {
+    for message in sample_messages() {
+        let parts: Vec<_> = message.schema.split(&format!("{}\n", "=".repeat(80))).collect();
+        let names: Vec<_> =
+            parts[1..].iter().map(|p| p.lines().next().unwrap().strip_prefix("MSG: ").unwrap()).collect();
+        let types = message.schema.lines().filter(|l| !l.starts_with(['#', 'M']));
+        let used = types.filter_map(|l| l.split([' ', '[']).next()).filter(|t| t.contains('/'));
+        for used in used {
+            assert!(names.contains(&used), "{}: {used} is not defined", message.schema_name);
+        }
+        assert!(names.contains(&"builtin_interfaces/Time"), "{}", message.schema_name);
+    }
+}
+
+#[test]
+fn grids_hold_geometry_and_costs() {
+    let (messages, output) = (sample_messages(), sample::output());
+    let origin = ([1.05, -2.45, 0.0], [0.0, 0.0, 0.0, 1.0]);
+    let (header, info, data) = decode::<Grid>(&messages, "/limpid/costmap");
+    assert_eq!(header, (STAMP, "map".into()));
+    assert_eq!(info, (STAMP, 0.05, 16, 17, origin));
+    for (cell, (&value, &cost)) in data.iter().zip(&output.costmap).enumerate() {
+        assert_eq!(value.cast_signed(), nav2_translation(cost), "cell {cell}");
+    }
+    assert_eq!(data.len(), output.costmap.len());
+
+    let (header, metadata, data) = decode::<Costmap>(&messages, "/limpid/costmap_raw");
+    assert_eq!(header, (STAMP, "map".into()));
+    assert_eq!(metadata, (STAMP, STAMP, "limpid".into(), 0.05, 16, 17, origin));
+    assert_eq!(data.as_slice(), output.costmap);
+}
+
+/// The text of nav2's rule, in floating point: 1..=252 are scaled to 1..=98 and cut off.
+fn nav2_translation(cost: u8) -> i8 {
+    if cost == 255 {
+        return -1;
+    }
+    let scaled = 1.0 + (97.0 * (f64::from(cost) - 1.0) / 251.0 + 1e-9).floor();
+    match cost {
+        0 => 0,
+        1..=252 => format!("{scaled}").parse().unwrap(),
+        253 => 99,
+        _ => 100,
+    }
+}
+
+#[test]
+fn occupancy_agrees_with_nav2_for_every_cost() {
+    let table: Vec<_> = (0..=255).map(occupancy_of_cost).collect();
+    assert_eq!(table, (0..=255).map(nav2_translation).collect::<Vec<_>>());
+    // Values by hand: 97 * 127 / 251 = 49.08, 97 * 250 / 251 = 96.6.
+    assert_eq!(
+        [0, 1, 3, 4, 128, 251, 252, 253, 254, 255].map(|c| table[c]),
+        [0, 1, 1, 2, 50, 97, 98, 99, 100, -1]
+    );
+}
+
+#[test]
+fn reliability_comes_as_bytes_and_as_floats() {
+    let messages = sample_messages();
+    let (header, height, width, encoding, big, step, data) =
+        decode::<Image>(&messages, "/limpid/reliability");
+    assert_eq!((height, width, encoding.as_str(), big, step), (2, 3, "mono8", 0, 3));
+    assert_eq!(header, (DEPTH_STAMP, "optical".into()));
+    assert_eq!(data.as_slice(), [255, 128, 77, 77, 0, 0], "R * 255 rounded");
+
+    let (header, height, width, encoding, big, step, data) =
+        decode::<Image>(&messages, "/limpid/reliability_float");
+    assert_eq!((height, width, encoding.as_str(), big, step), (2, 3, "32FC1", 0, 12));
+    assert_eq!(header, (DEPTH_STAMP, "optical".into()));
+    assert_eq!(floats(&data), sample::RELIABILITY);
+}
+
+fn floats(bytes: &[u8]) -> Vec<f32> {
+    bytes.chunks_exact(4).map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect()
+}
+
+#[test]
+fn filtered_depth_keeps_encoding_and_drops_up_to_tau() {
+    let messages = sample_messages();
+    let (header, height, width, encoding, _, step, data) =
+        decode::<Image>(&messages, "/limpid/depth_filtered/image");
+    assert_eq!((height, width, encoding.as_str(), step), (2, 3, "16UC1", 6));
+    assert_eq!(header, (DEPTH_STAMP, "optical".into()));
+    let raw: Vec<_> = data.chunks_exact(2).map(|b| u16::from_le_bytes([b[0], b[1]])).collect();
+    assert_eq!(raw, [1000, 1001, 0, 1003, 0, 0], "tau = 0.3 itself is dropped");
+
+    let metres = DepthSamples::Metres(vec![1.5, f32::NAN, 2.5, 3.5, f32::INFINITY, -1.0]);
+    let messages = written(&sample::input(metres), &sample::output());
+    let (_, _, _, encoding, _, step, data) = decode::<Image>(&messages, "/limpid/depth_filtered/image");
+    assert_eq!((encoding.as_str(), step), ("32FC1", 12));
+    let found = floats(&data);
+    assert!(found[1].is_nan(), "a trusted sample stays as it was");
+    assert_eq!([found[0], found[2], found[3], found[4], found[5]], [1.5, 0.0, 3.5, 0.0, 0.0]);
+}
+
+#[test]
+fn calibration_is_complete() {
+    let topic = "/limpid/depth_filtered/camera_info";
+    let k = [146.0, 0.0, 79.5, 0.0, 146.0, 59.5, 0.0, 0.0, 1.0];
+    let r = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
+    let p = [146.0, 0.0, 79.5, 0.0, 0.0, 146.0, 59.5, 0.0, 0.0, 0.0, 1.0, 0.0];
+    let lens = [0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8];
+    let models = [
+        (Distortion::None, "plumb_bob", vec![0.0; 5]),
+        (Distortion::PlumbBob([1.0, 2.0, 3.0, 4.0, 5.0]), "plumb_bob", vec![1.0, 2.0, 3.0, 4.0, 5.0]),
+        (Distortion::RationalPolynomial(lens), "rational_polynomial", lens.to_vec()),
+    ];
+    for (distortion, model, d) in models {
+        let mut input = sample::input(sample::millimetres());
+        input.depth.camera.distortion = distortion;
+        let found = decode::<Calibration>(&written(&input, &sample::output()), topic);
+        let header = (DEPTH_STAMP, "optical".into());
+        assert_eq!(found, (header, 2, 3, model.into(), d, k, r, p, [0; 2], ([0; 4], false)));
+    }
+}
+
+#[test]
+fn transforms_reach_from_map_to_camera() {
+    let (messages, output) = (sample_messages(), sample::output());
+    let transforms = decode::<Transforms>(&messages, "/tf");
+    let [base, camera] = transforms.as_slice() else { panic!("{transforms:?}") };
+    assert_eq!((&base.0, base.1.as_str()), (&(DEPTH_STAMP, "map".into()), "base_link"));
+    assert_eq!(base.2, ([1.5, -2.0, 0.25], [0.0, 0.0, 0.25_f64.sin(), 0.25_f64.cos()]));
+    assert_eq!((&camera.0, camera.1.as_str()), (&(DEPTH_STAMP, "base_link".into()), "optical"));
+    assert_eq!(camera.2.0, [0.15, 0.0, 0.6]);
+    assert_eq!(camera.2.1, output.base_from_camera.rotation.to_array());
+}
+
+#[test]
+fn a_base_that_is_the_camera_is_not_its_own_parent() {
+    let mut input = sample::input(sample::millimetres());
+    input.depth.frame_id = "base_link".into();
+    let transforms = decode::<Transforms>(&written(&input, &sample::output()), "/tf");
+    assert_eq!(transforms.iter().map(|t| t.1.as_str()).collect::<Vec<_>>(), ["base_link"]);
+}
+
+#[test]
+fn diagnostics_carry_state_counters_and_times() {
+    let (header, status) = decode::<Diagnostics>(&sample_messages(), "/limpid/diagnostics");
+    assert_eq!(header, (STAMP, String::new()));
+    let [(level, _, message, hardware, values)] = status.as_slice() else { panic!("{status:?}") };
+    assert_eq!((*level, hardware.as_str()), (0, "optical"));
+    assert!(message.starts_with("OK"), "{message}");
+    let value = |key: &str| values.iter().find(|(k, _)| k == key).map(|(_, v)| v.as_str());
+    assert_eq!(value("low_reliability_fraction"), Some("0.5"));
+    assert_eq!((value("pixels"), value("hits"), value("free_cells")), (Some("6"), Some("2"), Some("0")));
+    assert_eq!((value("fuse_ms"), value("inflate_ms")), (Some("0.2500"), None));
+    assert_eq!(value("ingest_ms"), Some("0.6250"), "two runs of a pass are summed");
+
+    let degraded = FrameOutput { degraded: true, ..sample::output() };
+    let messages = written(&sample::input(sample::millimetres()), &degraded);
+    let (_, status) = decode::<Diagnostics>(&messages, "/limpid/diagnostics");
+    assert_eq!(status[0].0, 1, "WARN");
+    assert!(status[0].2.starts_with("DEGRADED: 50 %"), "{}", status[0].2);
+}
+
+#[test]
+fn without_images_only_grids_tf_and_diagnostics() {
+    let output = FrameOutput { images: None, ..sample::output() };
+    let messages = written(&sample::input(sample::millimetres()), &output);
+    let topics: Vec<_> = messages.iter().map(|m| m.topic.as_str()).collect();
+    assert_eq!(topics, ["/limpid/costmap", "/limpid/costmap_raw", "/limpid/diagnostics", "/tf"]);
+}
+
+#[test]
+fn images_of_another_size_are_refused() {
+    let folder = TempDir::new().unwrap();
+    let path = folder.path().join("out.mcap");
+    let mut sink = McapSink::create(&path, &Config::default()).unwrap();
+    let mut output = sample::output();
+    output.images.as_mut().unwrap().width = 2;
+    let error = sink.write(&sample::input(sample::millimetres()), &output).unwrap_err();
+    assert!(matches!(&error, Error::Encode { path: p, .. } if *p == path), "{error}");
+
+    let mut output = sample::output();
+    output.costmap.pop();
+    let error = sink.write(&sample::input(sample::millimetres()), &output).unwrap_err();
+    assert!(error.to_string().ends_with("271 costs do not fill a grid of 16x17 cells"), "{error}");
+}
+
+#[test]
+fn finishing_twice_is_fine_and_writing_afterwards_is_an_error() {
+    let folder = TempDir::new().unwrap();
+    let mut sink = McapSink::create(&folder.path().join("out.mcap"), &Config::default()).unwrap();
+    sink.finish().unwrap();
+    sink.finish().unwrap();
+    let error = sink.write(&sample::input(sample::millimetres()), &sample::output()).unwrap_err();
+    assert!(error.to_string().contains("out.mcap"), "{error}");
+}
+
+#[test]
+fn a_dropped_sink_leaves_a_complete_file() {
+    let folder = TempDir::new().unwrap();
+    let path = folder.path().join("out.mcap");
+    let mut sink = McapSink::create(&path, &Config::default()).unwrap();
+    sink.write(&sample::input(sample::millimetres()), &sample::output()).unwrap();
+    drop(sink);
+    assert_eq!(read(&path).len(), 8);
+}
+
+#[test]
+fn a_killed_run_leaves_what_was_flushed() {
+    let folder = TempDir::new().unwrap();
+    let path = folder.path().join("out.mcap");
+    let mut sink = McapSink::create(&path, &Config::default()).unwrap();
+    for _ in 0..40 {
+        sink.write(&sample::input(sample::millimetres()), &sample::output()).unwrap();
+    }
+    // As after a kill: what the operating system has now, no footer.
+    let bytes = std::fs::read(&path).unwrap();
+    let options = ::mcap::read::Options::IgnoreEndMagic.into();
+    let stream = ::mcap::MessageStream::new_with_options(&bytes, options).unwrap();
+    let readable = stream.map_while(Result::ok).filter(|m| m.channel.topic == "/limpid/costmap").count();
+    assert!((26..40).contains(&readable), "{readable} of 40 frames");
+    sink.finish().unwrap();
+}
