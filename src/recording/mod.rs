@@ -8,6 +8,7 @@ pub mod message;
 mod open;
 mod pose;
 mod report;
+mod still;
 mod sync;
 pub mod transforms;
 mod tum;
@@ -20,6 +21,7 @@ pub mod write;
 
 pub use self::mcap::McapReader;
 pub use self::open::open;
+pub use self::still::StillReader;
 pub use self::tum::TumReader;
 
 /// A depth image on its native grid, row-major from the top left.

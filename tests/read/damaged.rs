@@ -125,7 +125,7 @@ fn other_files_are_named_for_what_they_look_like() {
         (b"\x7fELF", "no known format"),
     ] {
         let error = open(&save(start).path, &Config::default()).err().unwrap().to_string();
-        assert!(error.contains(part) && error.contains("MCAP files and TUM"), "{error}");
+        assert!(error.contains(part) && error.contains("MCAP files, TUM"), "{error}");
     }
     let folder = tempfile::tempdir().unwrap();
     let error = open(folder.path(), &Config::default()).err().unwrap().to_string();
