@@ -235,3 +235,18 @@ fn topics_are_chosen_by_type_and_name() {
     assert!(notes[0].starts_with(&format!("topics: depth {DEPTH} ")), "{notes:?}");
     assert!(notes[0].contains(&format!("colour {COLOR} ")), "{notes:?}");
 }
+
+#[test]
+fn compressed_depth_of_a_colour_image_is_not_taken_for_depth() {
+    let mut recorder = Recorder::new();
+    recorder.info(DEPTH_INFO, at_ms(0), &camera_info(at_ms(0), FRAME));
+    for camera in ["a/color", "cam/depth"] {
+        let topic = format!("/{camera}/image_raw/compressedDepth");
+        let payload = [&[0; 12][..], &png(vec![9; 12])].concat();
+        recorder.compressed_image(&topic, at_ms(0), "16UC1; compressedDepth png", payload);
+    }
+    let reader = McapReader::open(&recorder.save().path, &Config::default()).unwrap();
+    let notes = &limpid::recording::Recording::report(&reader).notes;
+    assert!(notes[0].starts_with("topics: depth /cam/depth/image_raw/compressedDepth "), "{notes:?}");
+    assert!(notes[0].contains("colour none"), "{notes:?}");
+}

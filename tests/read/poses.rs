@@ -95,6 +95,16 @@ fn a_stamp_before_the_oldest_transform_has_no_pose() {
 }
 
 #[test]
+fn leading_slashes_of_frames_do_not_matter() {
+    let mut recorder = Recorder::new();
+    recorder.transform("/tf", at_ms(0), ["/map", "/cam_optical"], [1.0, 0.0, 0.0], OPTICAL);
+    recorder.depth(at_ms(0), 7);
+    let (frames, _) = read_mcap(&recorder.save(), &Config::default()).unwrap();
+    assert_eq!(frames[0].depth.frame_id, FRAME);
+    assert!(near(frames[0].pose.unwrap().map_from_base.translation_m, [1.0, 0.0, 0.0]));
+}
+
+#[test]
 fn transforms_that_are_none_are_counted() {
     let mut recorder = Recorder::new();
     recorder.transform("/tf", at_ms(0), ["map", FRAME], [1.0, 0.0, 0.0], [0.0; 4]);
