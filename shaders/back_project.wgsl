@@ -13,9 +13,11 @@ struct BackProjectParams {
     height_max_m: f32,
     tau: f32,
     weight_scale: f32,                  // fixed-point one
+    distorted: u32,                     // 1: rays come from the table, 0: from the pinhole
+    focal_px: vec2<f32>,
+    centre_px: vec2<f32>,
     pad0: u32,
     pad1: u32,
-    pad2: u32,
 }
 
 struct AtomicCellHits {
@@ -57,6 +59,13 @@ fn flush() {
     run_hits = CellHits(0u, 0u, 0u, 0u);
 }
 
+fn ray_of(pixel: u32, u: u32, v: u32) -> vec2<f32> {
+    if back_project_params.distorted == 1u {
+        return rays[pixel];
+    }
+    return (vec2(f32(u), f32(v)) - back_project_params.centre_px) / back_project_params.focal_px;
+}
+
 fn in_window(ray: vec2<f32>, depth: f32) -> vec3<f32> {
     let point = vec4(ray * depth, depth, 1.0);
     return vec3(
@@ -93,8 +102,11 @@ fn back_project(@builtin(global_invocation_id) id: vec3<u32>) {
         let trusted = weight > back_project_params.tau;
         valid += select(0u, 1u, depth > 0.0);
         low += select(1u, 0u, trusted);
-        let ray = rays[pixel];
-        if !trusted || depth <= 0.0 || ray.x >= NO_RAY {
+        if !trusted || depth <= 0.0 {
+            continue;
+        }
+        let ray = ray_of(pixel, id.x, v);
+        if ray.x >= NO_RAY {
             continue;
         }
         let point = in_window(ray, depth);

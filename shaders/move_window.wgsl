@@ -10,8 +10,8 @@ struct MoveWindowParams {
 }
 
 @group(0) @binding(0) var<uniform> move_window_params: MoveWindowParams;
-@group(0) @binding(1) var<storage, read_write> cells: array<Cell>;
-@group(0) @binding(2) var<storage, read_write> cell_hits: array<CellHits>;
+@group(0) @binding(1) var<storage, read_write> cells: array<vec4<u32>>;
+@group(0) @binding(2) var<storage, read_write> cell_hits: array<vec4<u32>>;
 @group(0) @binding(3) var<storage, read_write> counters: array<u32>;
 
 @compute @workgroup_size(64)
@@ -23,7 +23,7 @@ fn move_window(@builtin(global_invocation_id) id: vec3<u32>) {
     if id.x >= side * side {
         return;
     }
-    cell_hits[id.x] = CellHits(0u, 0u, 0u, 0u);
+    cell_hits[id.x] = vec4(0u);
     let x = id.x % side;
     let y = id.x / side;
     let old_x = i32(x) + move_window_params.shift_x;
@@ -31,6 +31,6 @@ fn move_window(@builtin(global_invocation_id) id: vec3<u32>) {
     let stayed = old_x >= 0 && old_y >= 0 && old_x < i32(side) && old_y < i32(side);
     if !stayed || move_window_params.forget == 1u {
         let slot = slot_of(x, y, move_window_params.origin_slot_x, move_window_params.origin_slot_y, side);
-        cells[slot] = Cell(0.0, UNKNOWN, 0u, 0u);
+        cells[slot] = from_cell(Cell(0.0, UNKNOWN, 0u, 0u));
     }
 }

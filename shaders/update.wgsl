@@ -16,9 +16,9 @@ struct UpdateParams {
 }
 
 @group(0) @binding(0) var<uniform> update_params: UpdateParams;
-@group(0) @binding(1) var<storage, read> cell_hits: array<CellHits>;
+@group(0) @binding(1) var<storage, read> cell_hits: array<vec4<u32>>;
 @group(0) @binding(2) var<storage, read> seen_through: array<u32>;
-@group(0) @binding(3) var<storage, read_write> cells: array<Cell>;
+@group(0) @binding(3) var<storage, read_write> cells: array<vec4<u32>>;
 @group(0) @binding(4) var<storage, read_write> evidence: array<f32>;
 @group(0) @binding(5) var<storage, read_write> occupancy: array<f32>;
 @group(0) @binding(6) var<storage, read_write> state: array<u32>;
@@ -60,8 +60,8 @@ fn update(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let slot = slot_of(i % side, i / side, update_params.origin_slot_x, update_params.origin_slot_y, side);
-    let hits = cell_hits[i];
-    var cell = cells[slot];
+    let hits = to_hits(cell_hits[i]);
+    var cell = to_cell(cells[slot]);
     let hit = hits.count >= update_params.min_hits;
     let seen = !hit && seen_through[i] == 1u;
     var run = cell.state >> 8u;
@@ -76,12 +76,11 @@ fn update(@builtin(global_invocation_id) id: vec3<u32>) {
         cell.occupancy = update_params.lambda * cell.occupancy + (1.0 - update_params.lambda) * e;
         now = next_state(now, cell.occupancy, run >= update_params.confirmations, seen);
     }
-    cell.top = max(cell.top, select(0u, hits.top, hit));
-    if now == FREE && seen {
-        cell.top = 0u;
+    if hit || seen {
+        cell.top = select(max(cell.top, hits.top), select(cell.top, 0u, now == FREE), seen);
+        cell.state = now | (run << 8u);
+        cells[slot] = from_cell(cell);
     }
-    cell.state = now | (run << 8u);
-    cells[slot] = cell;
     evidence[i] = e;
     occupancy[i] = cell.occupancy;
     state[i] = now;

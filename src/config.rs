@@ -243,6 +243,10 @@ impl Config {
         self.shares()?;
         self.orders()?;
         self.counts()?;
+        if self.inflation_radius_m > 254.0 * self.resolution_m {
+            let largest = 254.0 * self.resolution_m;
+            return Err(bad_key("inflation_radius_m", format!("is above 254 cells ({largest} m)")));
+        }
         self.cells_per_side().map(|_| ())
     }
 

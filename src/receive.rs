@@ -90,9 +90,9 @@ pub(crate) fn output(
     let reader = Reader { readback, executor };
     let counters = counters(&reader.words("counters")?, job);
     let low_reliability_fraction = f64::from(counters.low_reliability) / f64::from(job.pixels());
-    let cells = job.side() as usize * job.side() as usize;
-    let mut costmap = reader.bytes("costmap")?.to_vec();
-    costmap.truncate(cells);
+    let side = job.side() as usize;
+    let rows = reader.bytes("costmap")?.chunks_exact(side.next_multiple_of(4));
+    let costmap = rows.flat_map(|row| &row[..side]).copied().collect();
     Ok(FrameOutput {
         index: pending.index,
         stamp_ns: pending.stamp_ns,

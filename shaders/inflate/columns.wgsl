@@ -2,7 +2,9 @@
 // spec 1 §3 (inflation): unknown is overwritten only from 253 up.
 struct InflateColumnsParams {
     side: u32,
-    radius: u32,    // cells
+    radius: u32,    // cells, at most 254
+    quads: u32,     // words of four cells a row
+    pad: u32,
 }
 
 @group(0) @binding(0) var<uniform> inflate_columns_params: InflateColumnsParams;
@@ -14,42 +16,43 @@ struct InflateColumnsParams {
 const COST_UNKNOWN = 255u;
 const COST_INSCRIBED = 253u;
 
-fn squared_distance(x: u32, y: u32) -> u32 {
-    let side = inflate_columns_params.side;
+// Squared distances of the four cells of a word.
+fn squared_distances(quad: u32, y: u32) -> vec4<u32> {
     let radius = inflate_columns_params.radius;
-    let none = (radius + 1u) * (radius + 1u);
-    var best = none;
-    let first = select(0u, y - radius, y > radius);
-    let last = min(y + radius, side - 1u);
+    var best = vec4((radius + 1u) * (radius + 1u));
+    let first = max(y, radius) - radius;
+    let last = min(y + radius, inflate_columns_params.side - 1u);
     for (var row = first; row <= last; row++) {
-        let dx = row_distance[row * side + x];
+        let word = row_distance[row * inflate_columns_params.quads + quad];
+        let dx = (vec4(word) >> vec4(0u, 8u, 16u, 24u)) & vec4(0xffu);
         let dy = max(row, y) - min(row, y);
-        best = min(best, dx * dx + dy * dy);
+        best = min(best, dx * dx + vec4(dy * dy));
     }
     return best;
 }
 
-fn cost_of(i: u32) -> u32 {
-    let side = inflate_columns_params.side;
-    if i >= side * side {
-        return 0u;
-    }
+fn cost_of(squared: u32, x: u32, y: u32) -> u32 {
     let radius = inflate_columns_params.radius;
-    let squared = squared_distance(i % side, i / side);
     var cost = 0u;
     if squared <= radius * radius {
         cost = cost_by_squared_distance[squared];
     }
-    return select(cost, COST_UNKNOWN, state[i] == UNKNOWN && cost < COST_INSCRIBED);
+    let cell = y * inflate_columns_params.side + min(x, inflate_columns_params.side - 1u);
+    return select(cost, COST_UNKNOWN, state[cell] == UNKNOWN && cost < COST_INSCRIBED);
 }
 
 @compute @workgroup_size(64)
 fn columns(@builtin(global_invocation_id) id: vec3<u32>) {
-    let side = inflate_columns_params.side;
-    let first = 4u * id.x;
-    if first >= side * side {
+    let quads = inflate_columns_params.quads;
+    if id.x >= inflate_columns_params.side * quads {
         return;
     }
-    costmap[id.x] =
-        cost_of(first) | (cost_of(first + 1u) << 8u) | (cost_of(first + 2u) << 16u) | (cost_of(first + 3u) << 24u);
+    let quad = id.x % quads;
+    let y = id.x / quads;
+    let squared = squared_distances(quad, y);
+    let x = 4u * quad;
+    costmap[id.x] = cost_of(squared.x, x, y)
+        | (cost_of(squared.y, x + 1u, y) << 8u)
+        | (cost_of(squared.z, x + 2u, y) << 16u)
+        | (cost_of(squared.w, x + 3u, y) << 24u);
 }

@@ -1,10 +1,10 @@
-// Distance in cells to the nearest occupied cell of the same row, up to the radius: first half of an exact transform.
+// Distance in cells to the nearest occupied cell of the same row, up to the radius, a byte each: first half of an exact transform.
 // spec 1 §3 (inflation).
 struct InflateRowsParams {
     side: u32,
     words: u32,
-    radius: u32,    // cells
-    pad: u32,
+    radius: u32,    // cells, at most 254
+    quads: u32,     // words of four cells a row
 }
 
 @group(0) @binding(0) var<uniform> inflate_rows_params: InflateRowsParams;
@@ -58,10 +58,16 @@ fn to_right(row: u32, x: u32) -> u32 {
 @compute @workgroup_size(64)
 fn rows(@builtin(global_invocation_id) id: vec3<u32>) {
     let side = inflate_rows_params.side;
-    if id.x >= side * side {
+    let quads = inflate_rows_params.quads;
+    if id.x >= side * quads {
         return;
     }
-    let row = id.x / side;
-    let x = id.x % side;
-    row_distance[id.x] = min(to_left(row, x), to_right(row, x));
+    let row = id.x / quads;
+    let first = 4u * (id.x % quads);
+    var packed = 0u;
+    for (var i = 0u; i < 4u; i++) {
+        let x = min(first + i, side - 1u);
+        packed |= min(to_left(row, x), to_right(row, x)) << (8u * i);
+    }
+    row_distance[id.x] = packed;
 }

@@ -3,6 +3,7 @@ const UNKNOWN = 0u;
 const FREE = 1u;
 const OCCUPIED = 2u;
 
+// Both are stored as vec4<u32>, which loads and stores in one go.
 struct Cell {
     occupancy: f32,     // p
     state: u32,         // UNKNOWN, FREE or OCCUPIED in bits 0-1; consecutive hits in bits 8-15
@@ -15,6 +16,18 @@ struct CellHits {
     weight: u32,        // sum of their weights, fixed point
     top: u32,           // highest of them, in steps above height_min
     floor: u32,         // 1 where a trusted floor point lies in the cell
+}
+
+fn to_cell(v: vec4<u32>) -> Cell {
+    return Cell(bitcast<f32>(v.x), v.y, v.z, v.w);
+}
+
+fn from_cell(cell: Cell) -> vec4<u32> {
+    return vec4(bitcast<u32>(cell.occupancy), cell.state, cell.history, cell.top);
+}
+
+fn to_hits(v: vec4<u32>) -> CellHits {
+    return CellHits(v.x, v.y, v.z, v.w);
 }
 
 // Fixed-point scale of heights: 1/65536 m, 0 is kept for "none".

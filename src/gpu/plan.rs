@@ -34,6 +34,8 @@ pub struct BufferDecl {
     pub role: Role,
     /// Whether the host reads it back after every frame.
     pub read_back: bool,
+    /// Whether it is a result that the host may leave unread.
+    pub product: bool,
 }
 
 /// How many invocations a step needs along x, y and z.
@@ -128,6 +130,16 @@ impl Plan {
         self.declare(name, bytes, Role::Scratch)
     }
 
+    /// Declares a result of the frame, which lives within it and which the host may or may not read back.
+    ///
+    /// # Errors
+    /// [`Error::Plan`] where the name is taken or the size is 0.
+    pub fn product(&mut self, name: &str, bytes: u64) -> Result<BufferId> {
+        let id = self.declare(name, bytes, Role::Scratch)?;
+        self.buffers[id.0].product = true;
+        Ok(id)
+    }
+
     fn declare(&mut self, name: &str, bytes: u64, role: Role) -> Result<BufferId> {
         if self.find(name).is_some() {
             return Err(plan_error(name, "is declared twice"));
@@ -136,7 +148,7 @@ impl Plan {
             return Err(plan_error(name, "has no bytes"));
         }
         let bytes = bytes.next_multiple_of(4);
-        self.buffers.push(BufferDecl { name: name.into(), bytes, role, read_back: false });
+        self.buffers.push(BufferDecl { name: name.into(), bytes, role, read_back: false, product: false });
         Ok(BufferId(self.buffers.len() - 1))
     }
 
@@ -240,7 +252,7 @@ impl Plan {
             }
         }
         for (buffer, (written, used)) in self.buffers.iter().zip(written.iter().zip(&used)) {
-            if !used && !buffer.read_back {
+            if !used && !buffer.read_back && !buffer.product {
                 return Err(plan_error(&buffer.name, "is never read"));
             }
             if buffer.read_back && !written {

@@ -1,12 +1,13 @@
 //! Depth pixels into the cells they end in (spec 1 §3).
 
 use bytemuck::cast_slice;
-use glam::Vec4;
+use glam::{Vec2, Vec4};
 
-use crate::camera::CameraModel;
+use crate::camera::{CameraModel, Distortion};
 use crate::error::Result;
 use crate::gpu::frame::FrameInput;
 use crate::gpu::{Invocations, Plan, ShaderSource};
+use crate::stage::see_through::pinhole;
 use crate::stage::{Job, Moment, Stage, rows, single};
 
 /// The pass.
@@ -52,12 +53,16 @@ crate::params! {
         pub tau: f32,
         /// Fixed-point one of weights.
         pub weight_scale: f32,
+        /// 1: rays come from the table; 0: from the pinhole.
+        pub distorted: u32,
+        /// Focal lengths.
+        pub focal_px: Vec2,
+        /// Principal point.
+        pub centre_px: Vec2,
         /// Unused.
         pub pad0: u32,
         /// Unused.
         pub pad1: u32,
-        /// Unused.
-        pub pad2: u32,
     }
 }
 
@@ -88,6 +93,7 @@ impl Stage for BackProject {
     fn write(&self, moment: &Moment<'_>, input: &mut FrameInput<'_>) -> Result<()> {
         let (job, config) = (moment.job, &moment.job.config);
         let [x, y, z] = rows(moment.window_from_camera);
+        let [focal_px, centre_px] = pinhole(&job.depth);
         let params = BackProjectParams {
             window_from_camera_x: x,
             window_from_camera_y: y,
@@ -101,9 +107,11 @@ impl Stage for BackProject {
             height_max_m: single(config.height_max_m),
             tau: single(config.tau),
             weight_scale: job.weight_scale(),
+            distorted: u32::from(job.depth.distortion != Distortion::None),
+            focal_px,
+            centre_px,
             pad0: 0,
             pad1: 0,
-            pad2: 0,
         };
         input.set("back_project_params", &params)
     }

@@ -41,10 +41,10 @@ crate::params! {
         pub side: u32,
         /// 32-bit words a row.
         pub words: u32,
-        /// Cells.
+        /// Cells, at most 254.
         pub radius: u32,
-        /// Unused.
-        pub pad: u32,
+        /// Words of four cells a row.
+        pub quads: u32,
     }
 }
 
@@ -53,16 +53,23 @@ crate::params! {
     pub struct InflateColumnsParams {
         /// Cells along a side.
         pub side: u32,
-        /// Cells.
+        /// Cells, at most 254.
         pub radius: u32,
+        /// Words of four cells a row.
+        pub quads: u32,
+        /// Unused.
+        pub pad: u32,
     }
 }
+
+/// Distances along rows are kept in bytes, one of which means "none".
+pub const MAX_RADIUS_CELLS: u32 = 254;
 
 /// Cells up to which costs reach: the radius rounded up as Nav2 does, but not for a rounding error.
 pub fn radius_cells(config: &Config) -> u32 {
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturates; then clamped")]
     let cells = (config.inflation_radius_m / config.resolution_m - 1e-6).ceil() as u32;
-    cells.min(config.cells_per_side().unwrap_or(0))
+    cells.min(MAX_RADIUS_CELLS)
 }
 
 /// Nav2's cost at `distance_cells` between cell centres: 254 at 0, 253 up to the inscribed radius, then
@@ -99,21 +106,22 @@ impl Stage for Inflate {
         plan.uniform::<InflateRowsParams>("inflate_rows_params")?;
         plan.uniform::<InflateColumnsParams>("inflate_columns_params")?;
         plan.scratch("occupied_bits", u64::from(side * words) * 4)?;
-        plan.scratch("row_distance", job.grid_bytes(4))?;
+        let quads = side.div_ceil(4);
+        plan.scratch("row_distance", u64::from(side * quads) * 4)?;
         plan.fixed("cost_by_squared_distance", cast_slice(&cost_table(&job.config)).to_vec())?;
-        plan.scratch("costmap", job.grid_bytes(1).next_multiple_of(4))?;
+        plan.scratch("costmap", u64::from(side * quads) * 4)?;
         plan.read_back("costmap")?;
         plan.step(PACK, Invocations::line(side * words), &[])?;
-        plan.step(ROWS, Invocations::line(side * side), &[])?;
-        plan.step(COLUMNS, Invocations::line((side * side).div_ceil(4)), &[])
+        plan.step(ROWS, Invocations::line(side * quads), &[])?;
+        plan.step(COLUMNS, Invocations::line(side * quads), &[])
     }
 
     fn write(&self, moment: &Moment<'_>, input: &mut FrameInput<'_>) -> Result<()> {
         let side = moment.job.side();
         let words = side.div_ceil(32);
-        let radius = radius_cells(&moment.job.config);
+        let (radius, quads) = (radius_cells(&moment.job.config), side.div_ceil(4));
         input.set("inflate_pack_params", &InflatePackParams { side, words })?;
-        input.set("inflate_rows_params", &InflateRowsParams { side, words, radius, pad: 0 })?;
-        input.set("inflate_columns_params", &InflateColumnsParams { side, radius })
+        input.set("inflate_rows_params", &InflateRowsParams { side, words, radius, quads })?;
+        input.set("inflate_columns_params", &InflateColumnsParams { side, radius, quads, pad: 0 })
     }
 }

@@ -66,7 +66,7 @@ impl Stage for RegisterColor {
     fn append(&self, plan: &mut Plan, job: &Job) -> Result<()> {
         plan.uniform::<RegisterColorParams>("register_color_params")?;
         plan.upload("color_raw", u64::from(self.camera.width) * u64::from(self.camera.height) * 3)?;
-        plan.scratch("color", job.image_bytes(4))?;
+        plan.product("color", job.image_bytes(4))?;
         plan.step(REGISTER_COLOR, Invocations::line(job.pixels()), &[])
     }
 

@@ -8,19 +8,69 @@ use crate::gpu::frame::FrameInput;
 use crate::gpu::{Invocations, Plan, ShaderSource};
 use crate::stage::{Job, Moment, Stage, rows, single};
 
-/// The pass.
-pub const SEE_THROUGH: ShaderSource = ShaderSource {
-    name: "see_through",
+/// Farthest depths of strips of pixels.
+pub const STRIPS: ShaderSource = ShaderSource {
+    name: "see_through/strips",
     parts: &[
-        include_str!("../../shaders/lib/cell.wgsl"),
-        include_str!("../../shaders/lib/lens.wgsl"),
-        include_str!("../../shaders/see_through.wgsl"),
+        include_str!("../../shaders/lib/tile.wgsl"),
+        include_str!("../../shaders/see_through/strips.wgsl"),
     ],
 };
 
+/// Farthest depths in and around tiles.
+pub const TILES: ShaderSource = ShaderSource {
+    name: "see_through/tiles",
+    parts: &[
+        include_str!("../../shaders/lib/tile.wgsl"),
+        include_str!("../../shaders/see_through/tiles.wgsl"),
+    ],
+};
+
+/// Seen-through cells.
+pub const GATHER: ShaderSource = ShaderSource {
+    name: "see_through/gather",
+    parts: &[
+        include_str!("../../shaders/lib/cell.wgsl"),
+        include_str!("../../shaders/lib/lens.wgsl"),
+        include_str!("../../shaders/lib/tile.wgsl"),
+        include_str!("../../shaders/see_through/gather.wgsl"),
+    ],
+};
+
+/// Side of a tile in pixels, as in `shaders/lib/tile.wgsl`.
+const TILE: u32 = 8;
+
 crate::params! {
-    /// Parameters of `see_through`.
-    pub struct SeeThroughParams {
+    /// Parameters of `see_through/strips`.
+    pub struct SeeThroughStripsParams {
+        /// Pixels.
+        pub width: u32,
+        /// Pixels.
+        pub height: u32,
+        /// Weights up to this count for nothing.
+        pub tau: f32,
+        /// Unused.
+        pub pad: u32,
+    }
+}
+
+crate::params! {
+    /// Parameters of `see_through/tiles`.
+    pub struct SeeThroughTilesParams {
+        /// Pixels.
+        pub width: u32,
+        /// Tiles across.
+        pub tiles_x: u32,
+        /// Tiles down.
+        pub tiles_y: u32,
+        /// Unused.
+        pub pad: u32,
+    }
+}
+
+crate::params! {
+    /// Parameters of `see_through/gather`.
+    pub struct SeeThroughGatherParams {
         /// First row of camera from window.
         pub camera_from_window_x: Vec4,
         /// Second row.
@@ -63,13 +113,18 @@ crate::params! {
         pub height_max_m: f32,
         /// Weights up to this count for nothing.
         pub tau: f32,
+        /// Tiles across.
+        pub tiles_x: u32,
         /// Unused.
         pub pad0: u32,
         /// Unused.
         pub pad1: u32,
-        /// Unused.
-        pub pad2: u32,
     }
+}
+
+/// Tiles across and down.
+fn tiles(camera: &CameraModel) -> [u32; 2] {
+    [camera.width.div_ceil(TILE), camera.height.div_ceil(TILE)]
 }
 
 /// Coefficients as shaders take them: (k1, k2, p1, p2) and (k3, k4, k5, k6).
@@ -112,9 +167,17 @@ impl SeeThrough {
 
 impl Stage for SeeThrough {
     fn append(&self, plan: &mut Plan, job: &Job) -> Result<()> {
-        plan.uniform::<SeeThroughParams>("see_through_params")?;
+        let [tiles_x, tiles_y] = tiles(&job.depth);
+        plan.uniform::<SeeThroughStripsParams>("see_through_strips_params")?;
+        plan.uniform::<SeeThroughTilesParams>("see_through_tiles_params")?;
+        plan.uniform::<SeeThroughGatherParams>("see_through_gather_params")?;
+        plan.scratch("far_strips", u64::from(job.depth.width) * u64::from(tiles_y) * 4)?;
+        plan.scratch("far_tiles", u64::from(tiles_x) * u64::from(tiles_y) * 4)?;
         plan.scratch("seen_through", job.grid_bytes(4))?;
-        plan.step(SEE_THROUGH, Invocations::area(job.side(), job.side()), &[("depth_m", job.depth_buffer())])
+        let depth = &[("depth_m", job.depth_buffer())];
+        plan.step(STRIPS, Invocations::area(job.depth.width, tiles_y), depth)?;
+        plan.step(TILES, Invocations::area(tiles_x, tiles_y), &[])?;
+        plan.step(GATHER, Invocations::area(job.side(), job.side()), depth)
     }
 
     fn write(&self, moment: &Moment<'_>, input: &mut FrameInput<'_>) -> Result<()> {
@@ -123,7 +186,7 @@ impl Stage for SeeThrough {
         let [lens_a, lens_b] = lens(&job.depth);
         let [focal_px, centre_px] = pinhole(&job.depth);
         let [origin_slot_x, origin_slot_y] = moment.window.origin_slot(job.side());
-        let params = SeeThroughParams {
+        let params = SeeThroughGatherParams {
             camera_from_window_x: x,
             camera_from_window_y: y,
             camera_from_window_z: z,
@@ -145,10 +208,16 @@ impl Stage for SeeThrough {
             height_min_m: single(config.height_min_m),
             height_max_m: single(config.height_max_m),
             tau: single(config.tau),
+            tiles_x: tiles(&job.depth)[0],
             pad0: 0,
             pad1: 0,
-            pad2: 0,
         };
-        input.set("see_through_params", &params)
+        let (width, height) = (job.depth.width, job.depth.height);
+        let [tiles_x, tiles_y] = tiles(&job.depth);
+        let strips = SeeThroughStripsParams { width, height, tau: single(config.tau), pad: 0 };
+        input.set("see_through_strips_params", &strips)?;
+        let around = SeeThroughTilesParams { width, tiles_x, tiles_y, pad: 0 };
+        input.set("see_through_tiles_params", &around)?;
+        input.set("see_through_gather_params", &params)
     }
 }

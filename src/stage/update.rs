@@ -57,7 +57,7 @@ impl Stage for Update {
     fn append(&self, plan: &mut Plan, job: &Job) -> Result<()> {
         plan.uniform::<UpdateParams>("update_params")?;
         for grid in ["evidence", "occupancy", "state"] {
-            plan.scratch(grid, job.grid_bytes(4))?;
+            plan.product(grid, job.grid_bytes(4))?;
         }
         plan.step(UPDATE, Invocations::line(job.side() * job.side()), &[])
     }

@@ -1,0 +1,181 @@
+// Finds the cells that a trusted ray crosses inside the height band before it ends: one gather per cell.
+// spec 1 §3 (seen through).
+//
+// The vertical through a cell's centre is a line in the image. A pixel on that line looks through the
+// cell at a known height; it sees through it when its depth lies behind the cell's far edge. Where even
+// the deepest pixel around (`far_tiles`) does not reach that far, the pixels need not be looked at.
+struct SeeThroughGatherParams {
+    camera_from_window_x: vec4<f32>,    // rows of the transform
+    camera_from_window_y: vec4<f32>,
+    camera_from_window_z: vec4<f32>,
+    lens_a: vec4<f32>,                  // k1, k2, p1, p2
+    lens_b: vec4<f32>,                  // k3, k4, k5, k6
+    focal_px: vec2<f32>,
+    centre_px: vec2<f32>,
+    field_min: vec2<f32>,               // bounds of the ideal rays of all pixels
+    field_max: vec2<f32>,
+    camera_xy_m: vec2<f32>,
+    width: u32,
+    height: u32,
+    side: u32,
+    origin_slot_x: u32,
+    origin_slot_y: u32,
+    min_hits: u32,
+    resolution_m: f32,
+    mark_range_m: f32,
+    height_min_m: f32,
+    height_max_m: f32,
+    tau: f32,
+    tiles_x: u32,
+    pad0: u32,
+    pad1: u32,
+}
+
+@group(0) @binding(0) var<uniform> see_through_gather_params: SeeThroughGatherParams;
+@group(0) @binding(1) var<storage, read> depth_m: array<f32>;
+@group(0) @binding(2) var<storage, read> reliability: array<f32>;
+@group(0) @binding(3) var<storage, read> cells: array<vec4<u32>>;
+@group(0) @binding(4) var<storage, read> cell_hits: array<vec4<u32>>;
+@group(0) @binding(5) var<storage, read> far_tiles: array<f32>;
+@group(0) @binding(6) var<storage, read_write> seen_through: array<u32>;
+
+const NEAR_M = 0.05;
+const MAX_SAMPLES = 4096.0;
+
+// Pixels walked between looks at the tiles: half a tile, so that a bend by the lens stays within one.
+const RUN = 8.0;
+
+// A stretch of the vertical, as seen by the camera: ideal rays and inverse depths of its ends.
+struct Stretch {
+    from_ray: vec2<f32>,
+    to_ray: vec2<f32>,
+    inverse_z: vec2<f32>,
+    samples: f32,       // 0: not in view
+}
+
+fn to_camera(point: vec3<f32>) -> vec3<f32> {
+    let p = vec4(point, 1.0);
+    return vec3(
+        dot(see_through_gather_params.camera_from_window_x, p),
+        dot(see_through_gather_params.camera_from_window_y, p),
+        dot(see_through_gather_params.camera_from_window_z, p),
+    );
+}
+
+// Where on [s.x, s.y] the coordinate from + s * step lies in [low, high].
+fn clip(s: vec2<f32>, origin: f32, step: f32, low: f32, high: f32) -> vec2<f32> {
+    if abs(step) < 1.0e-9 {
+        return select(vec2(1.0, 0.0), s, origin >= low && origin <= high);
+    }
+    let a = (low - origin) / step;
+    let b = (high - origin) / step;
+    return vec2(max(s.x, min(a, b)), min(s.y, max(a, b)));
+}
+
+fn stretch_of(centre: vec2<f32>, low_m: f32, high_m: f32) -> Stretch {
+    var a = to_camera(vec3(centre, low_m));
+    var b = to_camera(vec3(centre, high_m));
+    var none: Stretch;
+    none.samples = 0.0;
+    let near = clip(vec2(0.0, 1.0), a.z, b.z - a.z, NEAR_M, 1.0e9);
+    if near.x > near.y {
+        return none;
+    }
+    let along = b - a;
+    b = a + along * near.y;
+    a = a + along * near.x;
+    let from_ray = a.xy / a.z;
+    let step = b.xy / b.z - from_ray;
+    var s = vec2(0.0, 1.0);
+    s = clip(s, from_ray.x, step.x, see_through_gather_params.field_min.x, see_through_gather_params.field_max.x);
+    s = clip(s, from_ray.y, step.y, see_through_gather_params.field_min.y, see_through_gather_params.field_max.y);
+    if s.x > s.y {
+        return none;
+    }
+    let inverse = vec2(1.0 / a.z, 1.0 / b.z);
+    let pixels = abs(step * (s.y - s.x)) * see_through_gather_params.focal_px;
+    return Stretch(
+        from_ray + step * s.x,
+        from_ray + step * s.y,
+        vec2(mix(inverse.x, inverse.y, s.x), mix(inverse.x, inverse.y, s.y)),
+        min(ceil(max(pixels.x, pixels.y)) + 1.0, MAX_SAMPLES),
+    );
+}
+
+// The pixel that looks along an ideal ray; it may lie outside the image.
+fn pixel_of(ray: vec2<f32>) -> vec2<f32> {
+    let distorted = distort(ray, see_through_gather_params.lens_a, see_through_gather_params.lens_b);
+    return floor(distorted * see_through_gather_params.focal_px + see_through_gather_params.centre_px + 0.5);
+}
+
+// Whether the pixel along the stretch at s looks past `behind` times its own depth there.
+fn ray_passes(stretch: Stretch, s: f32, behind: f32) -> bool {
+    let size = vec2(f32(see_through_gather_params.width), f32(see_through_gather_params.height));
+    let p = pixel_of(mix(stretch.from_ray, stretch.to_ray, s));
+    if any(p < vec2(0.0)) || any(p >= size) {
+        return false;
+    }
+    let pixel = u32(p.y) * see_through_gather_params.width + u32(p.x);
+    let inverse_z = mix(stretch.inverse_z.x, stretch.inverse_z.y, s);
+    return depth_m[pixel] * inverse_z > behind && reliability[pixel] > see_through_gather_params.tau;
+}
+
+// Whether any trusted pixel within a tile's side of the stretch at s can look that far.
+fn may_pass(stretch: Stretch, s: f32, inverse_z: f32, behind: f32) -> bool {
+    let last = vec2(f32(see_through_gather_params.width - 1u), f32(see_through_gather_params.height - 1u));
+    let p = vec2<u32>(clamp(pixel_of(mix(stretch.from_ray, stretch.to_ray, s)), vec2(0.0), last)) / TILE;
+    return far_tiles[p.y * see_through_gather_params.tiles_x + p.x] * inverse_z > behind;
+}
+
+// Walks the stretch, RUN pixels at a time.
+fn any_ray_passes(stretch: Stretch, behind: f32) -> bool {
+    for (var first = 0.0; first < stretch.samples; first += RUN) {
+        let end = min(first + RUN, stretch.samples);
+        let middle = 0.5 * (first + end) / stretch.samples;
+        let ends = mix(vec2(stretch.inverse_z.x), vec2(stretch.inverse_z.y), vec2(first, end) / stretch.samples);
+        if !may_pass(stretch, middle, max(ends.x, ends.y), behind) {
+            continue;
+        }
+        for (var i = first; i < end; i += 1.0) {
+            if ray_passes(stretch, (i + 0.5) / stretch.samples, behind) {
+                return true;
+            }
+        }
+    }
+    return false;
+}
+
+// Height up to which a ray through the cell clears it: the band, but no higher than what was hit there.
+fn clearing_height(x: u32, y: u32) -> f32 {
+    let slot = slot_of(x, y, see_through_gather_params.origin_slot_x, see_through_gather_params.origin_slot_y, see_through_gather_params.side);
+    let top = to_cell(cells[slot]).top;
+    if top == 0u {
+        return see_through_gather_params.height_max_m;
+    }
+    return min(see_through_gather_params.height_max_m, see_through_gather_params.height_min_m + steps_to_height(top));
+}
+
+@compute @workgroup_size(8, 8)
+fn gather(@builtin(global_invocation_id) id: vec3<u32>) {
+    let side = see_through_gather_params.side;
+    if id.x >= side || id.y >= side {
+        return;
+    }
+    let cell = id.y * side + id.x;
+    let hits = to_hits(cell_hits[cell]);
+    var seen = hits.floor;
+    let centre = (vec2<f32>(id.xy) + 0.5) * see_through_gather_params.resolution_m;
+    let offset = centre - see_through_gather_params.camera_xy_m;
+    let range = length(offset);
+    if hits.count >= see_through_gather_params.min_hits || range > see_through_gather_params.mark_range_m {
+        seen_through[cell] = 0u;
+        return;
+    }
+    // Distance from the centre to the cell's far edge along the ray.
+    let reach = 0.5 * see_through_gather_params.resolution_m * range / max(max(abs(offset.x), abs(offset.y)), 1.0e-6);
+    if seen == 0u && range > reach {
+        let stretch = stretch_of(centre, see_through_gather_params.height_min_m, clearing_height(id.x, id.y));
+        seen = select(0u, 1u, any_ray_passes(stretch, 1.0 + reach / range));
+    }
+    seen_through[cell] = seen;
+}
