@@ -198,7 +198,7 @@ fn read_camera(path: &Path) -> Result<(CameraModel, Option<f64>)> {
     let bad = |reason: String| Error::Format { path: path.into(), reason };
     let text = std::fs::read_to_string(path).map_err(Error::file(path))?;
     let file: CameraFile = serde_saphyr::from_str(&text).map_err(|error| bad(error.to_string()))?;
-    let &[fx, _, cx, _, fy, cy, ..] = &file.camera_matrix.data[..] else {
+    let &[fx, _, cx, _, fy, cy, _, _, _] = &file.camera_matrix.data[..] else {
         return Err(bad(format!(
             "camera_matrix has {} numbers in place of 9",
             file.camera_matrix.data.len()

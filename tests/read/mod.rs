@@ -8,6 +8,7 @@ mod pairing;
 mod poses;
 mod real;
 mod synthetic;
+mod tum;
 
 use limpid::Config;
 use limpid::recording::{McapReader, ReadReport, Recording, RgbdFrame};

@@ -5,7 +5,7 @@ use limpid::geometry::Rigid;
 use limpid::recording::{DepthSamples, McapReader};
 
 use super::synthetic::{
-    COLOR, DEPTH, DEPTH_INFO, Recorder, SIZE, at_ms, camera_info, depth_image, raw_image,
+    COLOR, COLOR_INFO, DEPTH, DEPTH_INFO, Recorder, SIZE, at_ms, camera_info, depth_image, raw_image,
 };
 use super::{noted, read_mcap, skipped};
 
@@ -195,4 +195,44 @@ fn confidence_comes_on_the_depth_grid() {
     let (frames, _) = read_mcap(&recorder.save(), &config).unwrap();
     assert_eq!(frames[0].confidence, Some(vec![0.2; 12]));
     assert_eq!(frames[1].confidence, None);
+}
+
+#[test]
+fn colour_of_another_frame_needs_a_transform() {
+    let recording = |linked: bool| {
+        let mut recorder = Recorder::new();
+        if linked {
+            recorder.transform(
+                "/tf_static",
+                at_ms(0),
+                ["rgb_optical", "cam_optical"],
+                [0.05, 0.0, 0.0],
+                [0.0, 0.0, 0.0, 1.0],
+            );
+        }
+        let mut color = raw_image(at_ms(0), "rgb8", 12, vec![1; 36]);
+        color.header.frame_id = "rgb_optical".into();
+        recorder.info(COLOR_INFO, at_ms(0), &camera_info(at_ms(0), "rgb_optical"));
+        recorder.image(COLOR, at_ms(0), &color);
+        recorder.depth(at_ms(0), 7);
+        recorder.save()
+    };
+    let (frames, _) = read_mcap(&recording(true), &Config::default()).unwrap();
+    assert_eq!(frames[0].color_from_depth.unwrap().translation_m.x, 0.05);
+    let (frames, report) = read_mcap(&recording(false), &Config::default()).unwrap();
+    assert!(frames[0].color.is_some() && frames[0].color_from_depth.is_none());
+    assert!(noted(&report, "no transform from `cam_optical` to `rgb_optical`"), "{:?}", report.notes);
+}
+
+#[test]
+fn the_camera_frame_can_be_configured() {
+    let mut recorder = Recorder::new();
+    recorder.transform("/tf", at_ms(0), ["map", "true_optical"], [1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]);
+    recorder.color(at_ms(0), 3);
+    recorder.depth(at_ms(0), 7);
+    let config = Config { camera_frame: "true_optical".into(), ..Config::default() };
+    let (frames, _) = read_mcap(&recorder.save(), &config).unwrap();
+    assert_eq!(frames[0].depth.frame_id, "true_optical");
+    assert!(frames[0].pose.is_some());
+    assert_eq!(frames[0].color_from_depth, Some(Rigid::IDENTITY));
 }

@@ -39,7 +39,7 @@ pub(super) fn calibration(kind: Kind, topic: &str, payload: &[u8]) -> Result<Eve
 }
 
 fn camera_model([width, height]: [u32; 2], k: &[f64], model: &str, d: &[f64]) -> Result<CameraModel> {
-    let &[fx, _, cx, _, fy, cy, ..] = k else {
+    let &[fx, _, cx, _, fy, cy, _, _, _] = k else {
         return Err(decode_error("camera intrinsics", format!("K has {} numbers in place of 9", k.len())));
     };
     let distortion = Distortion::from_ros(model, d)?;
