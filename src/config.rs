@@ -51,6 +51,12 @@ pub struct Config {
     pub color_info_topic: String,
     /// Confidence image topic (mono8 0..255 or 32FC1 0..1 on the depth grid); empty: none.
     pub confidence_topic: String,
+    /// Depth image (16-bit PNG) of a folder with a still pair; empty: the folder is none.
+    pub depth_file: String,
+    /// Colour image (JPEG or PNG) of a still pair, aligned to depth; empty: none.
+    pub color_file: String,
+    /// Intrinsics of a still pair, row-major 3x3, pixels.
+    pub camera_matrix: [f64; 9],
     /// Odometry topic used instead of tf for `map_frame` from `base_frame`; empty: tf.
     pub odometry_topic: String,
     /// Fixed frame of the costmap (REP 105: map or odom).
@@ -125,6 +131,9 @@ impl Default for Config {
             color_topic: String::new(),
             color_info_topic: String::new(),
             confidence_topic: String::new(),
+            depth_file: String::new(),
+            color_file: String::new(),
+            camera_matrix: [0.0; 9],
             odometry_topic: String::new(),
             map_frame: "map".into(),
             base_frame: "base_link".into(),

@@ -4,13 +4,15 @@
 //! more than a few times their own size (compressed images: at most [`MAX_SIDE_PX`] squared pixels
 //! and [`MAX_DECODER_BYTES`]).
 
-use std::io::Cursor;
+use std::fs::File;
+use std::io::{Cursor, Read};
+use std::path::Path;
 
 use image::{DynamicImage, ImageFormat, ImageReader, Limits};
 
 use super::DepthSamples;
 use super::message::decode_error;
-use crate::error::Result;
+use crate::error::{Error, Result};
 
 /// Largest width and height of a compressed image, pixels.
 pub const MAX_SIDE_PX: u32 = 8192;
@@ -76,7 +78,7 @@ impl<'a> RawImage<'a> {
         Ok(self.data.chunks(step).take(height).map(move |line| &line[..row]))
     }
 
-    fn unknown(&self, what: &str, supported: &str) -> crate::Error {
+    fn unknown(&self, what: &str, supported: &str) -> Error {
         decode_error(what, format!("encoding `{}` is not supported; {supported}", self.encoding))
     }
 
@@ -92,7 +94,7 @@ impl<'a> RawImage<'a> {
     /// Colour, `3 * width * height` bytes. 8UC3 and 8UC4 are taken as BGR(A), OpenCV's order.
     ///
     /// # Errors
-    /// [`crate::Error::Decode`] for unknown encodings and sizes that do not fit the payload.
+    /// [`Error::Decode`] for unknown encodings and sizes that do not fit the payload.
     pub fn color(&self) -> Result<Decoded<Vec<u8>>> {
         let rgb = match self.encoding {
             "rgb8" => self.packed(3, [0, 1, 2])?,
@@ -142,7 +144,7 @@ impl<'a> RawImage<'a> {
     /// Depth; integers are counts of `unit_m` metres, floats metres.
     ///
     /// # Errors
-    /// [`crate::Error::Decode`] for unknown encodings and sizes that do not fit the payload.
+    /// [`Error::Decode`] for unknown encodings and sizes that do not fit the payload.
     pub fn depth(&self, unit_m: f64) -> Result<Decoded<DepthSamples>> {
         let samples = match self.encoding {
             "16UC1" | "mono16" => DepthSamples::Integer { raw: self.integers()?, unit_m },
@@ -160,7 +162,7 @@ impl<'a> RawImage<'a> {
     /// Confidence in [0, 1]: bytes as shares of 255, floats clamped, NaN as 0.
     ///
     /// # Errors
-    /// [`crate::Error::Decode`] for unknown encodings and sizes that do not fit the payload.
+    /// [`Error::Decode`] for unknown encodings and sizes that do not fit the payload.
     pub fn confidence(&self) -> Result<Decoded<Vec<f32>>> {
         let samples = match self.encoding {
             "mono8" | "8UC1" => {
@@ -191,6 +193,14 @@ fn rgb_of_yuv(y: u8, u: u8, v: u8) -> [u8; 3] {
     })
 }
 
+/// An image file's bytes, at most [`MAX_DECODER_BYTES`] of them.
+pub(crate) fn read_file(path: &Path) -> Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    let file = File::open(path).map_err(Error::file(path))?;
+    file.take(MAX_DECODER_BYTES).read_to_end(&mut bytes).map_err(Error::file(path))?;
+    Ok(bytes)
+}
+
 /// A JPEG or PNG, recognised by its content, within the limits of this module.
 fn read_image(what: &str, file: &[u8]) -> Result<DynamicImage> {
     let format = image::guess_format(file)
@@ -209,7 +219,7 @@ fn read_image(what: &str, file: &[u8]) -> Result<DynamicImage> {
 /// Colour of a JPEG or PNG file's bytes, `3 * width * height`.
 ///
 /// # Errors
-/// [`crate::Error::Decode`] for other formats, damaged files and images over the limits.
+/// [`Error::Decode`] for other formats, damaged files and images over the limits.
 pub fn color_from_file(file: &[u8]) -> Result<Decoded<Vec<u8>>> {
     let image = read_image("compressed colour image", file)?;
     Ok(Decoded { width: image.width(), height: image.height(), samples: image.into_rgb8().into_raw() })
@@ -218,7 +228,7 @@ pub fn color_from_file(file: &[u8]) -> Result<Decoded<Vec<u8>>> {
 /// Depth of a 16-bit grey PNG file's bytes, in counts of `unit_m` metres.
 ///
 /// # Errors
-/// [`crate::Error::Decode`] for other formats, damaged files and images over the limits.
+/// [`Error::Decode`] for other formats, damaged files and images over the limits.
 pub fn depth_from_png(file: &[u8], unit_m: f64) -> Result<Decoded<DepthSamples>> {
     let image = counts_from_png(file)?;
     let samples = DepthSamples::Integer { raw: image.samples, unit_m };
@@ -241,7 +251,7 @@ fn counts_from_png(file: &[u8]) -> Result<Decoded<Vec<u16>>> {
 /// an i32 and the two f32 A and B, with 32FC1 quantised as inverse depth: depth = A / (raw - B), 0 invalid.
 ///
 /// # Errors
-/// [`crate::Error::Decode`] for other formats (RVL by name), damaged files and images over the limits.
+/// [`Error::Decode`] for other formats (RVL by name), damaged files and images over the limits.
 pub fn depth_from_compressed(format: &str, payload: &[u8], unit_m: f64) -> Result<Decoded<DepthSamples>> {
     if !format.contains("compressedDepth") {
         return depth_from_png(payload, unit_m);

@@ -2,7 +2,7 @@
 
 use super::DepthSamples;
 use super::image_decode::{Decoded, RawImage, color_from_file, depth_from_compressed};
-use super::message::{decode_error, foxglove, ros2};
+use super::message::{bare_frame, decode_error, foxglove, ros2};
 use crate::error::Result;
 
 /// How the payload of an [`ImageMessage`] is laid out.
@@ -49,14 +49,14 @@ impl ImageMessage {
             big_endian: image.is_bigendian != 0,
         });
         let stamp_ns = image.header.stamp.stamp_ns()?;
-        Ok(Self { stamp_ns, frame_id: image.header.frame_id, form, data: image.data })
+        Ok(Self { stamp_ns, frame_id: bare_frame(image.header.frame_id), form, data: image.data })
     }
 
     pub(crate) fn from_ros_compressed(payload: &[u8]) -> Result<Self> {
         let image: ros2::CompressedImage = ros2::decode_cdr("sensor_msgs/msg/CompressedImage", payload)?;
         let stamp_ns = image.header.stamp.stamp_ns()?;
         let form = Form::File { format: image.format };
-        Ok(Self { stamp_ns, frame_id: image.header.frame_id, form, data: image.data })
+        Ok(Self { stamp_ns, frame_id: bare_frame(image.header.frame_id), form, data: image.data })
     }
 
     pub(crate) fn from_foxglove_raw(payload: &[u8]) -> Result<Self> {

@@ -1,5 +1,6 @@
 //! Recordings in (MCAP, TUM) and out (MCAP, PNG, EXR, map_server), all streaming.
 
+mod event;
 pub mod image_decode;
 mod image_message;
 mod mcap;
@@ -7,6 +8,7 @@ pub mod message;
 mod open;
 mod pose;
 mod report;
+mod still;
 mod sync;
 pub mod transforms;
 mod tum;
@@ -19,6 +21,7 @@ pub mod write;
 
 pub use self::mcap::McapReader;
 pub use self::open::open;
+pub use self::still::StillReader;
 pub use self::tum::TumReader;
 
 /// A depth image on its native grid, row-major from the top left.

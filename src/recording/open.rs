@@ -4,17 +4,18 @@ use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
-use super::{McapReader, Recording, TumReader};
+use super::{McapReader, Recording, StillReader, TumReader};
 use crate::config::Config;
 use crate::error::{Error, Result};
 
-const SUPPORTED: &str = "MCAP files and TUM RGB-D folders (depth.txt, camera.yaml) are read";
+const SUPPORTED: &str = "MCAP files, TUM RGB-D folders (depth.txt, camera.yaml) and still pairs (`depth_file` in the configuration) are read";
 
-/// Opens a recording: a TUM RGB-D folder, or an MCAP file.
+/// Opens a recording: an MCAP file, a TUM RGB-D folder, or, where `depth_file` is configured, a folder
+/// with a still pair.
 ///
 /// # Errors
 /// [`Error::Format`] for anything else, with what it looks like and how to convert it; what
-/// [`McapReader::open`] and [`TumReader::open`] return.
+/// [`McapReader::open`], [`TumReader::open`] and [`StillReader::open`] return.
 pub fn open(path: &Path, config: &Config) -> Result<Box<dyn Recording>> {
     if path.is_dir() {
         return open_folder(path, config);
@@ -38,6 +39,9 @@ pub fn open(path: &Path, config: &Config) -> Result<Box<dyn Recording>> {
 }
 
 fn open_folder(path: &Path, config: &Config) -> Result<Box<dyn Recording>> {
+    if !config.depth_file.is_empty() {
+        return Ok(Box::new(StillReader::open(path, config)?));
+    }
     if path.join("depth.txt").exists() {
         return Ok(Box::new(TumReader::open(path, config)?));
     }

@@ -6,6 +6,7 @@
 
 use std::collections::{HashMap, HashSet, VecDeque};
 
+use super::event::{Event, Streams, TransformEvent};
 use super::image_message::ImageMessage;
 use super::pose::{PoseResolver, duration_ns};
 use super::transforms::JUMP_NS;
@@ -23,40 +24,6 @@ const MAX_PENDING: usize = 64;
 
 /// Most colour and most confidence images kept.
 const MAX_KEPT: usize = 128;
-
-/// What a recording says, one message or one transform of a message at a time.
-#[derive(Debug)]
-pub(crate) enum Event {
-    Depth(ImageMessage),
-    Color(ImageMessage),
-    Confidence(ImageMessage),
-    Calibration { topic: String, stamp_ns: u64, frame_id: String, camera: Result<CameraModel> },
-    Transform { topic: String, transform: TransformEvent },
-}
-
-/// The pose of a child frame in its parent.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct TransformEvent {
-    pub(crate) parent: String,
-    pub(crate) child: String,
-    pub(crate) stamp_ns: u64,
-    /// For all time (`/tf_static`).
-    pub(crate) fixed: bool,
-    /// `None` where the message holds numbers that are no transform.
-    pub(crate) parent_from_child: Option<Rigid>,
-}
-
-/// Topics as far as pairing needs them; empty or `None`: there is no such stream.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub(crate) struct Streams {
-    pub(crate) depth: String,
-    pub(crate) color: Option<String>,
-    pub(crate) confidence: Option<String>,
-    /// `None`: the calibration with the image's frame, or the only one.
-    pub(crate) depth_info: Option<String>,
-    pub(crate) color_info: Option<String>,
-    pub(crate) has_transforms: bool,
-}
 
 struct Calibration {
     frame_id: String,
@@ -122,10 +89,18 @@ impl Synchronizer {
         match event {
             Event::Depth(image) => self.push_depth(image, report),
             Event::Color(image) => {
+                if jumps_back(&self.colors, &image) {
+                    self.start_over("colour stamps", report);
+                }
                 self.newest_image_ns = self.newest_image_ns.max(image.stamp_ns);
                 keep(&mut self.colors, image);
             }
-            Event::Confidence(image) => keep(&mut self.confidences, image),
+            Event::Confidence(image) => {
+                if jumps_back(&self.confidences, &image) {
+                    self.start_over("confidence stamps", report);
+                }
+                keep(&mut self.confidences, image);
+            }
             Event::Calibration { topic, stamp_ns, frame_id, camera } => match camera {
                 Ok(camera) => {
                     self.calibrations.insert(topic, Calibration { frame_id, camera });
@@ -378,6 +353,11 @@ impl Synchronizer {
             }
         }
     }
+}
+
+/// Whether an image lies more than a second before the newest kept.
+fn jumps_back(kept: &VecDeque<ImageMessage>, image: &ImageMessage) -> bool {
+    kept.back().is_some_and(|newest| image.stamp_ns.saturating_add(JUMP_NS) < newest.stamp_ns)
 }
 
 /// Inserts by stamp, with a bounded number kept.

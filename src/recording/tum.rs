@@ -1,13 +1,11 @@
 //! TUM RGB-D folders: `rgb.txt`, `depth.txt`, `groundtruth.txt` and `camera.yaml`.
 
 use std::collections::VecDeque;
-use std::fs::File;
-use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 
-use super::image_decode::{color_from_file, depth_from_png};
+use super::image_decode::{color_from_file, depth_from_png, read_file};
 use super::pose::{PoseResolver, duration_ns};
 use super::{ColorImage, DepthImage, FramePose, ReadReport, Recording, RgbdFrame};
 use crate::camera::{CameraModel, Distortion};
@@ -17,9 +15,6 @@ use crate::geometry::Rigid;
 
 /// Name of the camera's frame where the configuration gives none.
 const CAMERA_FRAME: &str = "camera";
-
-/// Largest image file read, bytes.
-const MAX_FILE_BYTES: u64 = 256 << 20;
 
 /// `camera.yaml`: the keys of ROS's camera_info files and the unit of depth.
 #[derive(Deserialize)]
@@ -203,7 +198,7 @@ fn read_camera(path: &Path) -> Result<(CameraModel, Option<f64>)> {
     let bad = |reason: String| Error::Format { path: path.into(), reason };
     let text = std::fs::read_to_string(path).map_err(Error::file(path))?;
     let file: CameraFile = serde_saphyr::from_str(&text).map_err(|error| bad(error.to_string()))?;
-    let &[fx, _, cx, _, fy, cy, ..] = &file.camera_matrix.data[..] else {
+    let &[fx, _, cx, _, fy, cy, _, _, _] = &file.camera_matrix.data[..] else {
         return Err(bad(format!(
             "camera_matrix has {} numbers in place of 9",
             file.camera_matrix.data.len()
@@ -283,14 +278,6 @@ fn parse_stamp_ns(text: &str) -> Option<u64> {
     }
     let nanos: String = fraction.chars().chain("000000000".chars()).take(9).collect();
     seconds.parse::<u64>().ok()?.checked_mul(1_000_000_000)?.checked_add(nanos.parse().ok()?)
-}
-
-/// A file's bytes, up to the limit.
-fn read_file(path: &Path) -> Result<Vec<u8>> {
-    let mut bytes = Vec::new();
-    let file = File::open(path).map_err(Error::file(path))?;
-    file.take(MAX_FILE_BYTES).read_to_end(&mut bytes).map_err(Error::file(path))?;
-    Ok(bytes)
 }
 
 #[cfg(test)]

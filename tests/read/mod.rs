@@ -1,10 +1,17 @@
 //! Readers against other programs' figures, hand-computed values and hostile input.
-
 #![expect(clippy::unwrap_used, reason = "tests end on what they did not expect")]
 
+mod damaged;
+mod hostile;
+mod messages;
+mod pairing;
+mod poses;
 mod real;
+mod synthetic;
+mod tum;
 
-use limpid::recording::{ReadReport, Recording, RgbdFrame};
+use limpid::Config;
+use limpid::recording::{McapReader, ReadReport, Recording, RgbdFrame};
 
 /// All frames of a recording and what its reader reported.
 fn read_all(mut recording: impl Recording) -> limpid::Result<(Vec<RgbdFrame>, ReadReport)> {
@@ -13,4 +20,19 @@ fn read_all(mut recording: impl Recording) -> limpid::Result<(Vec<RgbdFrame>, Re
         frames.push(frame);
     }
     Ok((frames, recording.report().clone()))
+}
+
+/// As [`read_all`], of an MCAP file.
+fn read_mcap(saved: &synthetic::Saved, config: &Config) -> limpid::Result<(Vec<RgbdFrame>, ReadReport)> {
+    read_all(McapReader::open(&saved.path, config)?)
+}
+
+/// How many were skipped for a reason that contains `part`.
+fn skipped(report: &ReadReport, part: &str) -> u64 {
+    report.skipped.iter().filter(|skip| skip.reason.contains(part)).map(|skip| skip.count).sum()
+}
+
+/// Whether a note contains `part`.
+fn noted(report: &ReadReport, part: &str) -> bool {
+    report.notes.iter().any(|note| note.contains(part))
 }

@@ -6,7 +6,7 @@ use std::path::Path;
 use glam::{DMat3, DMat4, DVec3};
 use limpid::Config;
 use limpid::geometry::Rigid;
-use limpid::recording::{DepthSamples, FramePose, McapReader, Recording, RgbdFrame, TumReader};
+use limpid::recording::{DepthSamples, FramePose, McapReader, Recording, RgbdFrame, TumReader, open};
 use serde_json::Value;
 
 use super::read_all;
@@ -249,4 +249,32 @@ fn unaligned_depth_without_stated_transforms_has_no_pose_and_no_far_colour() {
         report.skipped[0].reason,
         "no transform from `map` to `camera_depth_optical_frame`: the frames are not connected"
     );
+}
+
+#[test]
+fn a_still_pair_is_one_frame_with_a_stated_pose() {
+    let Some(path) = data_dir("rgbd/lingbot-depth-raw/0") else { return };
+    let config = config("still-pair.yaml");
+    let mut still = open(&path, &config).unwrap();
+    assert_eq!(still.frame_count_hint(), Some(1));
+    let frame = still.next_frame().unwrap().unwrap();
+    assert!(still.next_frame().unwrap().is_none());
+    // SOURCE.txt there: 640x480, holes 0.005, nothing farther than 7.85 m, floor 1.45 m under the camera.
+    let raw = integers(&frame);
+    let holes = raw.iter().filter(|&&sample| sample == 0).count();
+    assert_eq!(raw.len(), 640 * 480);
+    assert!((0.0045..0.0055).contains(&(holes as f64 / raw.len() as f64)), "{holes} holes");
+    assert!((7840..7860).contains(raw.iter().max().unwrap()));
+    let color = frame.color.as_ref().unwrap();
+    assert_eq!((color.rgb.len(), color.camera), (3 * 640 * 480, frame.depth.camera));
+    // The centre of the lowest row shows the floor.
+    let pose = frame.pose.unwrap();
+    let depth_m = f64::from(raw[479 * 640 + 320]) * 0.001;
+    let [x, y] = frame.depth.camera.ray(320.0, 479.0).unwrap();
+    let in_camera = DVec3::new(x, y, 1.0) * depth_m;
+    let in_map = pose.map_from_base.then(pose.base_from_camera).transform_point(in_camera);
+    assert!(in_map.z.abs() < 0.02, "the floor is at {} m", in_map.z);
+    let unnamed = Config { camera_matrix: [0.0; 9], ..config };
+    let error = open(&path, &unnamed).unwrap().next_frame().unwrap_err().to_string();
+    assert!(error.contains("`camera_matrix`") && error.contains("fx = 0"), "{error}");
 }

@@ -4,9 +4,9 @@ use super::topics::Kind;
 use crate::camera::{CameraModel, Distortion};
 use crate::error::Result;
 use crate::geometry::Rigid;
+use crate::recording::event::{Event, TransformEvent};
 use crate::recording::image_message::ImageMessage;
-use crate::recording::message::{decode_error, foxglove, ros2};
-use crate::recording::sync::{Event, TransformEvent};
+use crate::recording::message::{bare_frame, decode_error, foxglove, ros2};
 
 /// An image message of any of the supported types.
 pub(super) fn image(kind: Kind, payload: &[u8]) -> Result<ImageMessage> {
@@ -25,7 +25,7 @@ pub(super) fn calibration(kind: Kind, topic: &str, payload: &[u8]) -> Result<Eve
         Kind::RosCameraInfo => {
             let info: ros2::CameraInfo = ros2::decode_cdr("sensor_msgs/msg/CameraInfo", payload)?;
             let camera = camera_model([info.width, info.height], &info.k, &info.distortion_model, &info.d);
-            (info.header.stamp.stamp_ns()?, info.header.frame_id, camera)
+            (info.header.stamp.stamp_ns()?, bare_frame(info.header.frame_id), camera)
         }
         Kind::FoxgloveCalibration => {
             let info: foxglove::CameraCalibration =
@@ -39,7 +39,7 @@ pub(super) fn calibration(kind: Kind, topic: &str, payload: &[u8]) -> Result<Eve
 }
 
 fn camera_model([width, height]: [u32; 2], k: &[f64], model: &str, d: &[f64]) -> Result<CameraModel> {
-    let &[fx, _, cx, _, fy, cy, ..] = k else {
+    let &[fx, _, cx, _, fy, cy, _, _, _] = k else {
         return Err(decode_error("camera intrinsics", format!("K has {} numbers in place of 9", k.len())));
     };
     let distortion = Distortion::from_ros(model, d)?;
@@ -69,8 +69,8 @@ pub(super) fn transforms(kind: Kind, fixed: bool, payload: &[u8]) -> Result<Vec<
 fn ros_transform(message: ros2::TransformStamped, fixed: bool) -> Result<TransformEvent> {
     Ok(TransformEvent {
         stamp_ns: if fixed { 0 } else { message.header.stamp.stamp_ns()? },
-        parent: bare(message.header.frame_id),
-        child: bare(message.child_frame_id),
+        parent: bare_frame(message.header.frame_id),
+        child: bare_frame(message.child_frame_id),
         fixed,
         parent_from_child: rigid(message.transform.translation, message.transform.rotation),
     })
@@ -94,8 +94,8 @@ pub(super) fn odometry(payload: &[u8]) -> Result<TransformEvent> {
     let pose = message.pose.pose;
     Ok(TransformEvent {
         stamp_ns: message.header.stamp.stamp_ns()?,
-        parent: bare(message.header.frame_id),
-        child: bare(message.child_frame_id),
+        parent: bare_frame(message.header.frame_id),
+        child: bare_frame(message.child_frame_id),
         fixed: false,
         parent_from_child: rigid(pose.position, pose.orientation),
     })
@@ -103,9 +103,4 @@ pub(super) fn odometry(payload: &[u8]) -> Result<TransformEvent> {
 
 fn rigid(t: ros2::Vector3, q: ros2::Quaternion) -> Option<Rigid> {
     Rigid::new([t.x, t.y, t.z], [q.x, q.y, q.z, q.w])
-}
-
-/// Frame names without the leading slash that ROS 1 and some drivers write.
-fn bare(frame: String) -> String {
-    frame.strip_prefix('/').map_or(frame.clone(), str::to_owned)
 }

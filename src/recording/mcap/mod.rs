@@ -8,7 +8,8 @@ use std::path::{Path, PathBuf};
 
 use self::records::{Record, Records};
 use self::topics::{Channel, Channels, Kind, Topics};
-use super::sync::{Event, Streams, Synchronizer, TransformEvent};
+use super::event::{Event, Streams, TransformEvent};
+use super::sync::Synchronizer;
 use super::{ReadReport, Recording, RgbdFrame};
 use crate::config::Config;
 use crate::error::{Error, Result};

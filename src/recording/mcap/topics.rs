@@ -240,8 +240,10 @@ fn find_depth(channels: &Channels) -> Option<String> {
         (!channel.topic.contains("aligned_depth_to_color"), packed, lossy)
     };
     let named = |channel: &&Channel| {
+        // Image transports may offer `compressedDepth` of colour too.
         let topic = channel.topic.to_lowercase();
-        topic.contains("depth") && !topic.contains("confidence")
+        let camera = topic.trim_end_matches("/compresseddepth");
+        camera.contains("depth") && !camera.contains("confidence")
     };
     let found = channels.of_kind(Kind::is_image).filter(named);
     found.min_by_key(|channel| (rank(channel), channel.topic.clone())).map(|channel| channel.topic.clone())

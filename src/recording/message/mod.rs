@@ -9,3 +9,11 @@ use crate::error::Error;
 pub(crate) fn decode_error(what: impl Into<String>, reason: impl Into<String>) -> Error {
     Error::Decode { what: what.into(), reason: reason.into() }
 }
+
+/// A frame's name without the leading slash that ROS 1 and some drivers write.
+pub(crate) fn bare_frame(frame: String) -> String {
+    match frame.strip_prefix('/') {
+        Some(bare) => bare.into(),
+        None => frame,
+    }
+}

@@ -1,0 +1,138 @@
+//! Random and truncated input: errors or frames, never a panic.
+
+use limpid::Config;
+use limpid::recording::image_decode::{RawImage, color_from_file, depth_from_compressed};
+use limpid::recording::message::foxglove::{self, decode_protobuf};
+use limpid::recording::message::ros2::{
+    CameraInfo, CompressedImage, Image, OdometryPose, TFMessage, decode_cdr, encode_cdr,
+};
+use limpid::recording::{McapReader, Recording};
+use prop::collection::vec;
+use proptest::prelude::*;
+
+use super::read_mcap;
+use super::synthetic::{FRAME, Recorder, at_ms, camera_info, depth_image, save, transform};
+
+/// Bytes that a decoded message holds may not exceed those it came in.
+fn bounded(message: limpid::Result<Image>, payload: &[u8]) -> bool {
+    message.map_or(true, |image| image.data.len() + image.encoding.len() <= payload.len())
+}
+
+fn small_recording() -> Vec<u8> {
+    let mut recorder = Recorder::compressed(Some(mcap::Compression::Lz4));
+    for ms in [0, 33, 66] {
+        recorder.transform("/tf", at_ms(ms), ["map", FRAME], [0.0; 3], [0.0, 0.0, 0.0, 1.0]);
+        recorder.depth(at_ms(ms), 7);
+    }
+    recorder.finish()
+}
+
+#[test]
+fn truncated_messages_are_errors() {
+    let image = encode_cdr("Image", &depth_image(at_ms(0), 7)).unwrap();
+    let info = encode_cdr("CameraInfo", &camera_info(at_ms(0), FRAME)).unwrap();
+    let tf = TFMessage { transforms: vec![transform(at_ms(0), ["a", "b"], [0.0; 3], [0.0; 4])] };
+    let tf = encode_cdr("TFMessage", &tf).unwrap();
+    assert!(decode_cdr::<Image>("", &image).is_ok() && decode_cdr::<CameraInfo>("", &info).is_ok());
+    assert!(decode_cdr::<TFMessage>("", &tf).is_ok());
+    for cut in 0..image.len() {
+        assert!(decode_cdr::<Image>("", &image[..cut]).is_err(), "cut at {cut}");
+    }
+    for cut in 0..info.len() {
+        assert!(decode_cdr::<CameraInfo>("", &info[..cut]).is_err(), "cut at {cut}");
+    }
+    for cut in 0..tf.len() {
+        assert!(decode_cdr::<TFMessage>("", &tf[..cut]).is_err(), "cut at {cut}");
+    }
+}
+
+#[test]
+fn lengths_beyond_the_payload_are_errors() {
+    let tf = [&[0, 1, 0, 0][..], &u32::MAX.to_le_bytes(), &[0; 64]].concat();
+    assert!(decode_cdr::<TFMessage>("", &tf).is_err());
+    let mut image = encode_cdr("Image", &depth_image(at_ms(0), 7)).unwrap();
+    let length_at = image.len() - 24 - 4;
+    image[length_at..length_at + 4].copy_from_slice(&u32::MAX.to_le_bytes());
+    assert!(decode_cdr::<Image>("", &image).is_err());
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 256, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn random_messages_do_not_panic(mut bytes in vec(any::<u8>(), 0..300), little in any::<bool>()) {
+        if bytes.len() > 1 {
+            (bytes[0], bytes[1]) = (0, u8::from(little));
+        }
+        prop_assert!(bounded(decode_cdr("", &bytes), &bytes));
+        let tf = decode_cdr::<TFMessage>("", &bytes);
+        // A transform takes more than 64 bytes.
+        prop_assert!(tf.map_or(0, |tf| tf.transforms.len()) * 64 <= bytes.len());
+        let d = decode_cdr::<CameraInfo>("", &bytes).map_or(0, |info| info.d.len());
+        prop_assert!(8 * d <= bytes.len());
+        let data = decode_cdr::<CompressedImage>("", &bytes).map_or(0, |image| image.data.len());
+        prop_assert!(data <= bytes.len());
+        prop_assert!(bytes.len() > 288 || decode_cdr::<OdometryPose>("", &bytes).is_err());
+        let raw = decode_protobuf::<foxglove::RawImage>("", &bytes).map_or(0, |image| image.data.len());
+        prop_assert!(raw <= bytes.len());
+        let k = decode_protobuf::<foxglove::CameraCalibration>("", &bytes).map_or(0, |info| info.k.len());
+        prop_assert!(8 * k <= bytes.len());
+    }
+
+    #[test]
+    fn random_raw_images_do_not_panic(
+        size in any::<[u32; 3]>(),
+        small in any::<[bool; 3]>(),
+        encoding in prop::sample::select(vec!["rgb8", "bgra8", "mono8", "yuyv", "uyvy", "16UC1", "32FC1", "x"]),
+        big_endian in any::<bool>(),
+        data in vec(any::<u8>(), 0..200),
+    ) {
+        let pick = |at: usize| if small[at] { size[at] % 20 } else { size[at] };
+        let image = RawImage { width: pick(0), height: pick(1), step: pick(2), encoding, big_endian, data: &data };
+        // At most three bytes come of one (mono8), and at least a byte of the payload is behind each pixel.
+        let pixels = pick(0) as usize * pick(1) as usize;
+        if let Ok(color) = image.color() {
+            prop_assert!(color.samples.len() == 3 * pixels && pixels <= data.len());
+        }
+        if let Ok(depth) = image.depth(0.001) {
+            prop_assert!(depth.samples.len() == pixels && 2 * pixels <= data.len());
+        }
+        if let Ok(confidence) = image.confidence() {
+            prop_assert!(confidence.samples.len() == pixels && pixels <= data.len());
+        }
+    }
+
+    #[test]
+    fn random_image_files_do_not_panic(data in vec(any::<u8>(), 0..200), jpeg in any::<bool>()) {
+        let start: &[u8] = if jpeg { &[0xff, 0xd8, 0xff] } else { b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR" };
+        let file = [start, &data].concat();
+        if let Ok(image) = color_from_file(&file) {
+            prop_assert_eq!(image.samples.len(), 3 * image.width as usize * image.height as usize);
+        }
+        let payload = [&[0; 12][..], &file].concat();
+        for format in ["16UC1; compressedDepth png", "32FC1; compressedDepth png"] {
+            if let Ok(image) = depth_from_compressed(format, &payload, 0.001) {
+                prop_assert_eq!(image.samples.len(), image.width as usize * image.height as usize);
+            }
+        }
+    }
+
+    #[test]
+    fn recordings_with_changed_bytes_do_not_panic(changes in vec((any::<prop::sample::Index>(), any::<u8>()), 1..12)) {
+        let mut bytes = small_recording();
+        for (at, value) in changes {
+            let at = at.index(bytes.len());
+            bytes[at] = value;
+        }
+        if let Ok((frames, report)) = read_mcap(&save(&bytes), &Config::default()) {
+            prop_assert!(frames.len() as u64 <= report.depth_images && report.depth_images <= 3);
+        }
+    }
+
+    #[test]
+    fn random_files_are_not_recordings(tail in vec(any::<u8>(), 0..400)) {
+        let bytes = [mcap::MAGIC, &tail].concat();
+        let opened = McapReader::open(&save(&bytes).path, &Config::default());
+        prop_assert!(opened.map_or(true, |mut reader| !matches!(reader.next_frame(), Ok(Some(_)))));
+    }
+}
