@@ -51,7 +51,7 @@ pub struct Config {
     pub color_info_topic: String,
     /// Confidence image topic (mono8 0..255 or 32FC1 0..1 on the depth grid); empty: none.
     pub confidence_topic: String,
-    /// Depth image (16-bit PNG) of a folder with a still pair; empty: the folder is none.
+    /// Depth image (16-bit PNG, or EXR in metres) of a folder with a still pair; empty: the folder is none.
     pub depth_file: String,
     /// Colour image (JPEG or PNG) of a still pair, aligned to depth; empty: none.
     pub color_file: String,

@@ -11,6 +11,7 @@ use std::path::Path;
 use image::{DynamicImage, ImageFormat, ImageReader, Limits};
 
 use super::DepthSamples;
+use super::exr_decode;
 use super::message::decode_error;
 use crate::error::{Error, Result};
 
@@ -223,6 +224,17 @@ fn read_image(what: &str, file: &[u8]) -> Result<DynamicImage> {
 pub fn color_from_file(file: &[u8]) -> Result<Decoded<Vec<u8>>> {
     let image = read_image("compressed colour image", file)?;
     Ok(Decoded { width: image.width(), height: image.height(), samples: image.into_rgb8().into_raw() })
+}
+
+/// Depth of an image file's bytes: a 16-bit grey PNG, in counts of `unit_m` metres, or OpenEXR, metres.
+///
+/// # Errors
+/// [`Error::Decode`] for other formats, damaged files and images over the limits.
+pub fn depth_from_file(file: &[u8], unit_m: f64) -> Result<Decoded<DepthSamples>> {
+    if file.starts_with(&exr_decode::MAGIC) {
+        return exr_decode::depth_from_exr(file);
+    }
+    depth_from_png(file, unit_m)
 }
 
 /// Depth of a 16-bit grey PNG file's bytes, in counts of `unit_m` metres.

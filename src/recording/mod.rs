@@ -1,6 +1,7 @@
 //! Recordings in (MCAP, TUM) and out (MCAP, PNG, EXR, map_server), all streaming.
 
 mod event;
+mod exr_decode;
 pub mod image_decode;
 mod image_message;
 mod mcap;

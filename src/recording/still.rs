@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use super::image_decode::{color_from_file, depth_from_png, read_file};
+use super::image_decode::{color_from_file, depth_from_file, read_file};
 use super::pose::PoseResolver;
 use super::{ColorImage, DepthImage, ReadReport, Recording, RgbdFrame};
 use crate::camera::{CameraModel, Distortion};
@@ -46,7 +46,7 @@ impl StillReader {
 
     fn frame(&mut self) -> Result<RgbdFrame> {
         let path = self.folder.join(&self.config.depth_file);
-        let decoded = depth_from_png(&read_file(&path)?, self.config.depth_unit_m)?;
+        let decoded = depth_from_file(&read_file(&path)?, self.config.depth_unit_m)?;
         let camera = camera(&self.config, decoded.width, decoded.height)?;
         let named = !self.config.camera_frame.is_empty();
         let frame_id = if named { self.config.camera_frame.clone() } else { CAMERA_FRAME.into() };

@@ -168,7 +168,7 @@ fn the_tum_folder_gives_what_the_mcap_file_gives() {
     assert!(tum.report().notes[0].contains("`base_link`"), "{:?}", tum.report());
 }
 
-fn config(name: &str) -> Config {
+pub(crate) fn config(name: &str) -> Config {
     Config::read(&Path::new("testdata/config").join(name)).unwrap()
 }
 
