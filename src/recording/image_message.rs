@@ -39,8 +39,7 @@ pub(crate) struct ImageMessage {
 }
 
 impl ImageMessage {
-    pub(crate) fn from_ros_raw(payload: &[u8]) -> Result<Self> {
-        let image: ros2::Image = ros2::decode_cdr("sensor_msgs/msg/Image", payload)?;
+    pub(crate) fn from_ros_raw(image: ros2::Image) -> Result<Self> {
         let form = Form::Raw(RawLayout {
             width: image.width,
             height: image.height,
@@ -52,8 +51,7 @@ impl ImageMessage {
         Ok(Self { stamp_ns, frame_id: bare_frame(image.header.frame_id), form, data: image.data })
     }
 
-    pub(crate) fn from_ros_compressed(payload: &[u8]) -> Result<Self> {
-        let image: ros2::CompressedImage = ros2::decode_cdr("sensor_msgs/msg/CompressedImage", payload)?;
+    pub(crate) fn from_ros_compressed(image: ros2::CompressedImage) -> Result<Self> {
         let stamp_ns = image.header.stamp.stamp_ns()?;
         let form = Form::File { format: image.format };
         Ok(Self { stamp_ns, frame_id: bare_frame(image.header.frame_id), form, data: image.data })

@@ -1,9 +1,11 @@
-//! Recordings in (MCAP, TUM) and out (MCAP, PNG, EXR, map_server), all streaming.
+//! Recordings in (MCAP, ROS 1 bags, TUM) and out (MCAP, PNG, EXR, map_server), all streaming.
 
+mod bag;
 mod event;
 mod exr_decode;
 pub mod image_decode;
 mod image_message;
+mod log;
 mod mcap;
 pub mod message;
 mod open;
@@ -20,7 +22,7 @@ use crate::geometry::Rigid;
 
 pub mod write;
 
-pub use self::mcap::McapReader;
+pub use self::log::LogReader;
 pub use self::open::open;
 pub use self::still::StillReader;
 pub use self::tum::TumReader;

@@ -4,18 +4,18 @@ use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
-use super::{McapReader, Recording, StillReader, TumReader};
+use super::{LogReader, Recording, StillReader, TumReader, bag};
 use crate::config::Config;
 use crate::error::{Error, Result};
 
-const SUPPORTED: &str = "MCAP files, TUM RGB-D folders (depth.txt, camera.yaml) and still pairs (`depth_file` in the configuration) are read";
+const SUPPORTED: &str = "MCAP files, ROS 1 bags, TUM RGB-D folders (depth.txt, camera.yaml) and still pairs (`depth_file` in the configuration) are read";
 
-/// Opens a recording: an MCAP file, a TUM RGB-D folder, or, where `depth_file` is configured, a folder
+/// Opens a recording: an MCAP file, a ROS 1 bag, a TUM RGB-D folder, or, where `depth_file` is configured, a folder
 /// with a still pair.
 ///
 /// # Errors
 /// [`Error::Format`] for anything else, with what it looks like and how to convert it; what
-/// [`McapReader::open`], [`TumReader::open`] and [`StillReader::open`] return.
+/// [`LogReader::mcap`], [`LogReader::bag`], [`TumReader::open`] and [`StillReader::open`] return.
 pub fn open(path: &Path, config: &Config) -> Result<Box<dyn Recording>> {
     if path.is_dir() {
         return open_folder(path, config);
@@ -24,10 +24,13 @@ pub fn open(path: &Path, config: &Config) -> Result<Box<dyn Recording>> {
     let file = File::open(path).map_err(Error::file(path))?;
     file.take(16).read_to_end(&mut start).map_err(Error::file(path))?;
     if start.starts_with(::mcap::MAGIC) {
-        return Ok(Box::new(McapReader::open(path, config)?));
+        return Ok(Box::new(LogReader::mcap(path, config)?));
+    }
+    if start.starts_with(bag::MAGIC) {
+        return Ok(Box::new(LogReader::bag(path, config)?));
     }
     let looks = if start.starts_with(b"#ROSBAG V") {
-        "is a ROS 1 bag: convert it to ROS 2 messages with `rosbags-convert --src IN.bag --dst OUT --dst-storage mcap`"
+        "is a ROS 1 bag of a format other than 2.0"
     } else if start.starts_with(b"SQLite format 3") {
         "is an SQLite file, as rosbag2 wrote them (.db3): convert it with `ros2 bag convert` or `mcap convert`"
     } else if start.is_empty() {

@@ -1,7 +1,7 @@
 //! Files that are cut off, damaged, without a summary or empty.
 
 use limpid::Config;
-use limpid::recording::{McapReader, Recording, open};
+use limpid::recording::{LogReader, Recording, open};
 use mcap::{Compression, WriteOptions};
 
 use super::synthetic::{DEPTH, DEPTH_INFO, Recorder, Saved, at_ms, save};
@@ -71,7 +71,7 @@ fn a_file_without_summary_is_read_in_full() {
         recorder.depth(at_ms(100 * u64::from(number)), 1000 + number);
     }
     let saved = recorder.save();
-    assert_eq!(McapReader::open(&saved.path, &Config::default()).unwrap().frame_count_hint(), None);
+    assert_eq!(LogReader::mcap(&saved.path, &Config::default()).unwrap().frame_count_hint(), None);
     let (frames, report) = read_mcap(&saved, &Config::default()).unwrap();
     assert_eq!(frames.len(), usize::from(FRAMES));
     assert!(noted(&report, "no summary") && !noted(&report, "cut off"), "{:?}", report.notes);
@@ -96,7 +96,7 @@ fn a_damaged_chunk_costs_its_own_messages_only() {
 
 #[test]
 fn an_empty_recording_names_what_is_missing() {
-    let error = McapReader::open(&Recorder::new().save().path, &Config::default()).err().unwrap().to_string();
+    let error = LogReader::mcap(&Recorder::new().save().path, &Config::default()).err().unwrap().to_string();
     assert!(error.contains("no depth image") && error.contains("no topics"), "{error}");
 }
 
@@ -113,13 +113,13 @@ fn a_recording_with_topics_but_no_messages_has_no_frames() {
 #[test]
 fn other_files_are_named_for_what_they_look_like() {
     for (start, part) in [
-        (&b"#ROSBAG V2.0\n"[..], "ROS 1 bag"),
+        (&b"#ROSBAG V1.2\n"[..], "ROS 1 bag"),
         (b"SQLite format 3\0", "SQLite"),
         (b"", "empty"),
         (b"\x7fELF", "no known format"),
     ] {
         let error = open(&save(start).path, &Config::default()).err().unwrap().to_string();
-        assert!(error.contains(part) && error.contains("MCAP files, TUM"), "{error}");
+        assert!(error.contains(part) && error.contains("MCAP files, ROS 1 bags, TUM"), "{error}");
     }
     let folder = tempfile::tempdir().unwrap();
     let error = open(folder.path(), &Config::default()).err().unwrap().to_string();

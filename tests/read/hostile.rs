@@ -6,7 +6,7 @@ use limpid::recording::message::foxglove::{self, decode_protobuf};
 use limpid::recording::message::ros2::{
     CameraInfo, CompressedImage, Image, OdometryPose, TFMessage, decode_cdr, encode_cdr,
 };
-use limpid::recording::{McapReader, Recording};
+use limpid::recording::{LogReader, Recording};
 use prop::collection::vec;
 use proptest::prelude::*;
 
@@ -132,7 +132,7 @@ proptest! {
     #[test]
     fn random_files_are_not_recordings(tail in vec(any::<u8>(), 0..400)) {
         let bytes = [mcap::MAGIC, &tail].concat();
-        let opened = McapReader::open(&save(&bytes).path, &Config::default());
+        let opened = LogReader::mcap(&save(&bytes).path, &Config::default());
         prop_assert!(opened.map_or(true, |mut reader| !matches!(reader.next_frame(), Ok(Some(_)))));
     }
 }

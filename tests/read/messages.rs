@@ -8,7 +8,7 @@ use limpid::Config;
 use limpid::recording::image_decode::{RawImage, depth_from_compressed};
 use limpid::recording::message::foxglove;
 use limpid::recording::message::ros2::{Image, decode_cdr};
-use limpid::recording::{DepthSamples, McapReader};
+use limpid::recording::{DepthSamples, LogReader};
 
 use super::synthetic::{COLOR, DEPTH, DEPTH_INFO, FRAME, Recorder, SIZE, at_ms, camera_info, depth_image};
 use super::{noted, read_mcap};
@@ -230,7 +230,7 @@ fn topics_are_chosen_by_type_and_name() {
         recorder.channel(topic, "foxglove.RawImage", "protobuf");
     }
     recorder.channel("/a/depth", "foxglove.CompressedImage", "protobuf");
-    let reader = McapReader::open(&recorder.save().path, &Config::default()).unwrap();
+    let reader = LogReader::mcap(&recorder.save().path, &Config::default()).unwrap();
     let notes = &limpid::recording::Recording::report(&reader).notes;
     assert!(notes[0].starts_with(&format!("topics: depth {DEPTH} ")), "{notes:?}");
     assert!(notes[0].contains(&format!("colour {COLOR} ")), "{notes:?}");
@@ -245,7 +245,7 @@ fn compressed_depth_of_a_colour_image_is_not_taken_for_depth() {
         let payload = [&[0; 12][..], &png(vec![9; 12])].concat();
         recorder.compressed_image(&topic, at_ms(0), "16UC1; compressedDepth png", payload);
     }
-    let reader = McapReader::open(&recorder.save().path, &Config::default()).unwrap();
+    let reader = LogReader::mcap(&recorder.save().path, &Config::default()).unwrap();
     let notes = &limpid::recording::Recording::report(&reader).notes;
     assert!(notes[0].starts_with("topics: depth /cam/depth/image_raw/compressedDepth "), "{notes:?}");
     assert!(notes[0].contains("colour none"), "{notes:?}");

@@ -1,6 +1,7 @@
 //! Readers against other programs' figures, hand-computed values and hostile input.
 #![expect(clippy::unwrap_used, reason = "tests end on what they did not expect")]
 
+mod bag;
 mod damaged;
 mod exr;
 mod hostile;
@@ -8,11 +9,12 @@ mod messages;
 mod pairing;
 mod poses;
 mod real;
+mod ros1;
 mod synthetic;
 mod tum;
 
 use limpid::Config;
-use limpid::recording::{McapReader, ReadReport, Recording, RgbdFrame};
+use limpid::recording::{LogReader, ReadReport, Recording, RgbdFrame};
 
 /// All frames of a recording and what its reader reported.
 fn read_all(mut recording: impl Recording) -> limpid::Result<(Vec<RgbdFrame>, ReadReport)> {
@@ -25,7 +27,7 @@ fn read_all(mut recording: impl Recording) -> limpid::Result<(Vec<RgbdFrame>, Re
 
 /// As [`read_all`], of an MCAP file.
 fn read_mcap(saved: &synthetic::Saved, config: &Config) -> limpid::Result<(Vec<RgbdFrame>, ReadReport)> {
-    read_all(McapReader::open(&saved.path, config)?)
+    read_all(LogReader::mcap(&saved.path, config)?)
 }
 
 /// How many were skipped for a reason that contains `part`.

@@ -2,7 +2,7 @@
 
 use limpid::Config;
 use limpid::geometry::Rigid;
-use limpid::recording::{DepthSamples, McapReader};
+use limpid::recording::{DepthSamples, LogReader};
 
 use super::synthetic::{
     COLOR, COLOR_INFO, DEPTH, DEPTH_INFO, Recorder, SIZE, at_ms, camera_info, depth_image, raw_image,
@@ -114,7 +114,7 @@ fn bad_images_are_counted_with_their_reason() {
         "does not fit its payload of 23 bytes",
         "step is 7 bytes, but 4 pixels take 8",
         "calibration is for 4x3, but it is 4x2",
-        "sensor_msgs/msg/Image:",
+        "sensor_msgs/Image:",
     ] {
         assert_eq!(skipped(&report, part), 1, "{part}: {:?}", report.skipped);
     }
@@ -164,7 +164,7 @@ fn a_recording_whose_calibrations_are_all_bad_is_an_error() {
 fn a_recording_without_calibration_topic_is_refused() {
     let mut recorder = Recorder::new();
     recorder.image(DEPTH, at_ms(0), &depth_image(at_ms(0), 7));
-    let error = McapReader::open(&recorder.save().path, &Config::default()).err().unwrap().to_string();
+    let error = LogReader::mcap(&recorder.save().path, &Config::default()).err().unwrap().to_string();
     assert!(error.contains("no calibration") && error.contains("depth_info_topic"), "{error}");
 }
 
@@ -175,13 +175,13 @@ fn a_configured_topic_that_is_absent_names_the_nearest() {
     recorder.color(at_ms(0), 7);
     let saved = recorder.save();
     let config = Config { depth_topic: "/cam/depth/image".into(), ..Config::default() };
-    let error = McapReader::open(&saved.path, &config).err().unwrap().to_string();
+    let error = LogReader::mcap(&saved.path, &config).err().unwrap().to_string();
     assert!(
         error.contains("`depth_topic`") && error.contains("nearest of the right type: /cam/depth/image_raw"),
         "{error}"
     );
     let config = Config { depth_topic: DEPTH_INFO.into(), ..Config::default() };
-    let error = McapReader::open(&saved.path, &config).err().unwrap().to_string();
+    let error = LogReader::mcap(&saved.path, &config).err().unwrap().to_string();
     assert!(error.contains("CameraInfo"), "{error}");
 }
 

@@ -6,7 +6,7 @@ use std::path::Path;
 use glam::{DMat3, DMat4, DVec3};
 use limpid::Config;
 use limpid::geometry::Rigid;
-use limpid::recording::{DepthSamples, FramePose, McapReader, Recording, RgbdFrame, TumReader, open};
+use limpid::recording::{DepthSamples, FramePose, LogReader, Recording, RgbdFrame, TumReader, open};
 use serde_json::Value;
 
 use super::read_all;
@@ -91,7 +91,7 @@ fn assert_camera_pose(frame: &RgbdFrame, row: &Value) {
 #[test]
 fn kitchen_has_the_reference_readers_figures() {
     let Some(path) = data_dir("rgbd/kitchen.mcap") else { return };
-    let reader = McapReader::open(&path, &Config::default()).unwrap();
+    let reader = LogReader::mcap(&path, &Config::default()).unwrap();
     assert_eq!(reader.frame_count_hint(), Some(100));
     let (frames, report) = read_all(reader).unwrap();
     let expected = reference("kitchen");
@@ -142,7 +142,7 @@ fn the_tum_folder_gives_what_the_mcap_file_gives() {
         return;
     };
     let config = Config::default();
-    let mut mcap = McapReader::open(&mcap, &config).unwrap();
+    let mut mcap = LogReader::mcap(&mcap, &config).unwrap();
     let mut tum = TumReader::open(&tum, &config).unwrap();
     assert_eq!(tum.frame_count_hint(), Some(100));
     let expected = reference("kitchen_tum");
@@ -175,7 +175,7 @@ pub(crate) fn config(name: &str) -> Config {
 #[test]
 fn foxglove_protobuf_has_the_reference_readers_figures() {
     let Some(path) = data_dir("rgbd/mcap-derived/redkitchen_foxglove_protobuf_lz4.mcap") else { return };
-    let (frames, report) = read_all(McapReader::open(&path, &Config::default()).unwrap()).unwrap();
+    let (frames, report) = read_all(LogReader::mcap(&path, &Config::default()).unwrap()).unwrap();
     let expected = reference("redkitchen");
     assert_eq!(frames.len(), 8);
     assert!(report.skipped.is_empty(), "{:?}", report.skipped);
@@ -199,8 +199,7 @@ fn foxglove_protobuf_has_the_reference_readers_figures() {
 #[test]
 fn the_foxglove_configuration_levels_the_map_as_the_kitchen_file_has_it() {
     let Some(path) = data_dir("rgbd/mcap-derived/redkitchen_foxglove_protobuf_lz4.mcap") else { return };
-    let (frames, _) =
-        read_all(McapReader::open(&path, &config("redkitchen-foxglove.yaml")).unwrap()).unwrap();
+    let (frames, _) = read_all(LogReader::mcap(&path, &config("redkitchen-foxglove.yaml")).unwrap()).unwrap();
     let kitchen = reference("kitchen");
     assert_eq!(frames.len(), 8);
     for (at, frame) in frames.iter().enumerate() {
@@ -215,7 +214,7 @@ fn the_foxglove_configuration_levels_the_map_as_the_kitchen_file_has_it() {
 #[test]
 fn unaligned_depth_comes_with_the_transform_to_colour() {
     let Some(path) = data_dir("rgbd/mcap-derived/librealsense_d435_unaligned_ros2_cdr.mcap") else { return };
-    let reader = McapReader::open(&path, &config("realsense-unaligned.yaml")).unwrap();
+    let reader = LogReader::mcap(&path, &config("realsense-unaligned.yaml")).unwrap();
     assert_eq!(reader.frame_count_hint(), Some(2));
     let (frames, report) = read_all(reader).unwrap();
     let expected = reference("realsense");
@@ -240,7 +239,7 @@ fn unaligned_depth_comes_with_the_transform_to_colour() {
 #[test]
 fn unaligned_depth_without_stated_transforms_has_no_pose_and_no_far_colour() {
     let Some(path) = data_dir("rgbd/mcap-derived/librealsense_d435_unaligned_ros2_cdr.mcap") else { return };
-    let (frames, report) = read_all(McapReader::open(&path, &Config::default()).unwrap()).unwrap();
+    let (frames, report) = read_all(LogReader::mcap(&path, &Config::default()).unwrap()).unwrap();
     assert_eq!(frames.len(), 2);
     assert!(frames.iter().all(|frame| frame.pose.is_none() && frame.color.is_none()));
     assert_eq!(report.skipped.len(), 1, "{:?}", report.skipped);

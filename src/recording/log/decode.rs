@@ -1,6 +1,6 @@
 //! Messages of the topics that are read, to events.
 
-use super::topics::Kind;
+use super::topics::{Kind, Wire};
 use crate::camera::{CameraModel, Distortion};
 use crate::error::Result;
 use crate::geometry::Rigid;
@@ -8,22 +8,29 @@ use crate::recording::event::{Event, TransformEvent};
 use crate::recording::image_message::ImageMessage;
 use crate::recording::message::{bare_frame, decode_error, foxglove, ros2};
 
-/// An image message of any of the supported types.
-pub(super) fn image(kind: Kind, payload: &[u8]) -> Result<ImageMessage> {
-    match kind {
-        Kind::RosImage => ImageMessage::from_ros_raw(payload),
-        Kind::RosCompressedImage => ImageMessage::from_ros_compressed(payload),
+/// An image message of any of the supported types, in `frame_id` where it does not say so itself.
+pub(super) fn image(kind: Kind, frame_id: Option<&str>, payload: &[u8]) -> Result<ImageMessage> {
+    let mut image = match kind {
+        Kind::RosImage(wire) => ImageMessage::from_ros_raw(wire.decode("sensor_msgs/Image", payload)?),
+        Kind::RosCompressedImage(wire) => {
+            ImageMessage::from_ros_compressed(wire.decode("sensor_msgs/CompressedImage", payload)?)
+        }
         Kind::FoxgloveRawImage => ImageMessage::from_foxglove_raw(payload),
         Kind::FoxgloveCompressedImage => ImageMessage::from_foxglove_compressed(payload),
         _ => Err(decode_error("image", "the topic holds another type")),
+    }?;
+    if let Some(frame_id) = frame_id {
+        image.frame_id = frame_id.into();
     }
+    Ok(image)
 }
 
-/// A calibration message; what is wrong with its numbers is part of the event.
-pub(super) fn calibration(kind: Kind, topic: &str, payload: &[u8]) -> Result<Event> {
-    let (stamp_ns, frame_id, camera) = match kind {
-        Kind::RosCameraInfo => {
-            let info: ros2::CameraInfo = ros2::decode_cdr("sensor_msgs/msg/CameraInfo", payload)?;
+/// A calibration message, in `frame_id` where it does not say so itself; what is wrong with its numbers
+/// is part of the event.
+pub(super) fn calibration(kind: Kind, topic: &str, frame_id: Option<&str>, payload: &[u8]) -> Result<Event> {
+    let (stamp_ns, own_frame_id, camera) = match kind {
+        Kind::RosCameraInfo(wire) => {
+            let info: ros2::CameraInfo = wire.decode("sensor_msgs/CameraInfo", payload)?;
             let camera = camera_model([info.width, info.height], &info.k, &info.distortion_model, &info.d);
             (info.header.stamp.stamp_ns()?, bare_frame(info.header.frame_id), camera)
         }
@@ -35,6 +42,7 @@ pub(super) fn calibration(kind: Kind, topic: &str, payload: &[u8]) -> Result<Eve
         }
         _ => return Err(decode_error("calibration", "the topic holds another type")),
     };
+    let frame_id = frame_id.map_or(own_frame_id, Into::into);
     Ok(Event::Calibration { topic: topic.into(), stamp_ns, frame_id, camera })
 }
 
@@ -49,8 +57,8 @@ fn camera_model([width, height]: [u32; 2], k: &[f64], model: &str, d: &[f64]) ->
 /// The transforms of a message; `fixed` those of `/tf_static`.
 pub(super) fn transforms(kind: Kind, fixed: bool, payload: &[u8]) -> Result<Vec<TransformEvent>> {
     match kind {
-        Kind::RosTransforms => {
-            let message: ros2::TFMessage = ros2::decode_cdr("tf2_msgs/msg/TFMessage", payload)?;
+        Kind::RosTransforms(wire) => {
+            let message: ros2::TFMessage = wire.decode("tf2_msgs/TFMessage", payload)?;
             message.transforms.into_iter().map(|transform| ros_transform(transform, fixed)).collect()
         }
         Kind::FoxgloveTransform => {
@@ -89,8 +97,11 @@ fn foxglove_transform(message: foxglove::FrameTransform, fixed: bool) -> Result<
 }
 
 /// The pose of an odometry message, as a transform.
-pub(super) fn odometry(payload: &[u8]) -> Result<TransformEvent> {
-    let message: ros2::OdometryPose = ros2::decode_cdr("nav_msgs/msg/Odometry", payload)?;
+pub(super) fn odometry(kind: Kind, payload: &[u8]) -> Result<TransformEvent> {
+    let Kind::RosOdometry(wire) = kind else {
+        return Err(decode_error("odometry", "the topic holds another type"));
+    };
+    let message: ros2::OdometryPose = wire.decode("nav_msgs/Odometry", payload)?;
     let pose = message.pose.pose;
     Ok(TransformEvent {
         stamp_ns: message.header.stamp.stamp_ns()?,
@@ -99,6 +110,13 @@ pub(super) fn odometry(payload: &[u8]) -> Result<TransformEvent> {
         fixed: false,
         parent_from_child: rigid(pose.position, pose.orientation),
     })
+}
+
+/// A transform without frames.
+pub(super) fn transform(wire: Wire, payload: &[u8]) -> Result<Rigid> {
+    let message: ros2::Transform = wire.decode("geometry_msgs/Transform", payload)?;
+    rigid(message.translation, message.rotation)
+        .ok_or_else(|| decode_error("geometry_msgs/Transform", "it is not finite or has no rotation"))
 }
 
 fn rigid(t: ros2::Vector3, q: ros2::Quaternion) -> Option<Rigid> {

@@ -1,14 +1,21 @@
-//! RGB-D recordings in MCAP: ROS 2 (CDR) and Foxglove (protobuf) messages, read as a stream.
+//! RGB-D recordings as logs of messages, read as a stream: MCAP with ROS 2 (CDR), ROS 1 or Foxglove
+//! (protobuf) messages, and ROS 1 bags.
 
 mod decode;
+mod file;
 mod records;
+mod sdk;
 mod topics;
 
 use std::path::{Path, PathBuf};
 
-use self::records::{Record, Records};
+pub(crate) use self::file::LogFile;
+pub(crate) use self::records::{Record, Records};
+use self::sdk::SdkStreams;
 use self::topics::{Channel, Channels, Kind, Topics};
+use super::bag::BagRecords;
 use super::event::{Event, Streams, TransformEvent};
+use super::mcap::McapRecords;
 use super::sync::Synchronizer;
 use super::{ReadReport, Recording, RgbdFrame};
 use crate::config::Config;
@@ -17,14 +24,16 @@ use crate::error::{Error, Result};
 /// How far a file without a summary is read ahead for its channels, bytes.
 const SCAN_BYTES: u64 = 256 << 20;
 
-/// Reads an MCAP file; see the module and [`Recording`].
-pub struct McapReader {
+/// Reads an MCAP file or a ROS 1 bag; see the module and [`Recording`].
+pub struct LogReader {
     path: PathBuf,
-    records: Records,
+    records: Box<dyn Records + Send>,
     channels: Channels,
     topics: Topics,
+    sdk: Option<SdkStreams>,
     map_frame: String,
     base_frame: String,
+    depth_unit_m: f64,
     sync: Synchronizer,
     report: ReadReport,
     frame_count_hint: Option<u64>,
@@ -33,41 +42,57 @@ pub struct McapReader {
     at_end: bool,
 }
 
-impl McapReader {
-    /// Opens a recording and chooses its topics, from the summary or, without one, from the first
+impl LogReader {
+    /// Opens an MCAP file and chooses its topics, from the summary or, without one, from the first
     /// 256 MiB of the file.
     ///
     /// # Errors
     /// [`Error::File`]; [`Error::Format`] for a file that is not MCAP or has no depth image or
     /// calibration topic; [`Error::Config`] for a configured topic that is absent or of another type.
-    pub fn open(path: &Path, config: &Config) -> Result<Self> {
+    pub fn mcap(path: &Path, config: &Config) -> Result<Self> {
+        Self::open::<McapRecords>(path, config)
+    }
+
+    /// As [`Self::mcap`], for a ROS 1 bag and its index.
+    ///
+    /// # Errors
+    /// As [`Self::mcap`].
+    pub fn bag(path: &Path, config: &Config) -> Result<Self> {
+        Self::open::<BagRecords>(path, config)
+    }
+
+    fn open<R: Records + Send + 'static>(path: &Path, config: &Config) -> Result<Self> {
         let mut report = ReadReport::default();
         let mut channels = Channels::default();
-        Records::summary(path)?.into_iter().for_each(|record| channels.learn(record));
+        R::summary(path)?.into_iter().for_each(|record| channels.learn(record));
         if channels.is_empty() {
-            scan(path, &mut channels)?;
+            scan(&mut R::open(path)?, &mut channels)?;
             report.note("the file has no summary: its topics were found by reading ahead");
         }
         let topics = Topics::choose(&channels, config, path)?;
         report.note(topics.note());
+        let sdk = SdkStreams::of(&topics);
+        report.notes.extend(sdk.as_ref().map(SdkStreams::note));
         let streams = Streams {
             depth: topics.depth.clone(),
             color: topics.color.clone(),
             confidence: topics.confidence.clone(),
             depth_info: topics.depth_info.clone(),
             color_info: topics.color_info.clone(),
-            has_transforms: topics.odometry.is_some() || channels.has_transforms(),
+            has_transforms: topics.odometry.is_some() || channels.has_transforms() || sdk.is_some(),
         };
         Ok(Self {
             path: path.into(),
-            records: Records::open(path)?,
+            records: Box::new(R::open(path)?),
             map_frame: config.map_frame.clone(),
             base_frame: config.base_frame.clone(),
+            depth_unit_m: config.depth_unit_m,
             sync: Synchronizer::new(config, streams)?,
             frame_count_hint: channels.messages(&topics.depth),
             odometry_child: topics.odometry.as_ref().map(|_| config.base_frame.clone()),
             channels,
             topics,
+            sdk,
             report,
             at_end: false,
         })
@@ -75,10 +100,10 @@ impl McapReader {
 
     /// Takes in one record; `false` at the end of the file.
     fn step(&mut self) -> Result<bool> {
-        let channels = &self.channels;
-        let wanted = |id: u16| channels.get(id).is_some_and(|channel| is_read(&self.topics, channel));
-        let record = self.records.next(wanted)?;
-        self.records.notes.drain(..).for_each(|note| self.report.note(note));
+        let (channels, topics, sdk) = (&self.channels, &self.topics, self.sdk.as_ref());
+        let wanted = |id: u32| channels.get(id).is_some_and(|channel| is_read(topics, sdk, channel));
+        let record = self.records.next(&wanted)?;
+        self.records.take_notes().into_iter().for_each(|note| self.report.note(note));
         match record {
             None => return Ok(false),
             Some(Record::Message { channel_id, log_time_ns, data }) => {
@@ -90,7 +115,7 @@ impl McapReader {
         Ok(true)
     }
 
-    fn take_message(&mut self, channel_id: u16, log_time_ns: u64, payload: &[u8]) {
+    fn take_message(&mut self, channel_id: u32, log_time_ns: u64, payload: &[u8]) {
         let Some(Channel { topic, kind: Some(kind), .. }) = self.channels.get(channel_id) else { return };
         let (topic, kind) = (topic.clone(), *kind);
         match self.events(&topic, kind, payload) {
@@ -105,29 +130,55 @@ impl McapReader {
 
     fn events(&mut self, topic: &str, kind: Kind, payload: &[u8]) -> Result<Vec<Event>> {
         let is = |chosen: &Option<String>| chosen.as_deref() == Some(topic);
+        let frame_id = self.sdk.as_ref().and_then(|sdk| sdk.frame_id(topic));
         if topic == self.topics.depth {
-            return Ok(vec![Event::Depth(decode::image(kind, payload)?)]);
+            return Ok(vec![Event::Depth(decode::image(kind, frame_id, payload)?)]);
         }
         if is(&self.topics.color) {
-            return Ok(vec![Event::Color(decode::image(kind, payload)?)]);
+            return Ok(vec![Event::Color(decode::image(kind, frame_id, payload)?)]);
         }
         if is(&self.topics.confidence) {
-            return Ok(vec![Event::Confidence(decode::image(kind, payload)?)]);
+            return Ok(vec![Event::Confidence(decode::image(kind, frame_id, payload)?)]);
         }
         if kind.is_calibration() {
-            return Ok(vec![decode::calibration(kind, topic, payload)?]);
+            return Ok(vec![decode::calibration(kind, topic, frame_id, payload)?]);
         }
-        let transforms = if is(&self.topics.odometry) {
-            vec![self.odometry(decode::odometry(payload)?)]
-        } else {
-            let mut transforms = decode::transforms(kind, topic.contains("static"), payload)?;
-            transforms.retain(|transform| Some(&transform.child) != self.odometry_child.as_ref());
-            transforms
-        };
+        let transforms = self.transforms(topic, kind, payload)?;
         Ok(transforms
             .into_iter()
             .map(|transform| Event::Transform { topic: topic.into(), transform })
             .collect())
+    }
+
+    fn transforms(&mut self, topic: &str, kind: Kind, payload: &[u8]) -> Result<Vec<TransformEvent>> {
+        if self.topics.odometry.as_deref() == Some(topic) {
+            return Ok(vec![self.odometry(decode::odometry(kind, payload)?)]);
+        }
+        match (kind, &mut self.sdk) {
+            (Kind::RosTransform(wire), Some(sdk)) => {
+                let stream_from_reference = decode::transform(wire, payload)?;
+                Ok(sdk.transform(topic, stream_from_reference).into_iter().collect())
+            }
+            (Kind::RosFloat(wire), _) => {
+                self.check_depth_unit(wire.decode("std_msgs/Float32", payload)?);
+                Ok(Vec::new())
+            }
+            _ => {
+                let mut transforms = decode::transforms(kind, topic.contains("static"), payload)?;
+                transforms.retain(|transform| Some(&transform.child) != self.odometry_child.as_ref());
+                Ok(transforms)
+            }
+        }
+    }
+
+    fn check_depth_unit(&mut self, recorded_m: f32) {
+        #[expect(clippy::cast_possible_truncation, reason = "compared as the recording has it")]
+        let configured_m = self.depth_unit_m as f32;
+        if recorded_m != configured_m {
+            self.report.note(format!(
+                "the recording says that a count of depth is {recorded_m} m, but depth_unit_m is {configured_m} m: set it"
+            ));
+        }
     }
 
     fn odometry(&mut self, transform: TransformEvent) -> TransformEvent {
@@ -155,7 +206,7 @@ impl McapReader {
     }
 }
 
-impl Recording for McapReader {
+impl Recording for LogReader {
     fn next_frame(&mut self) -> Result<Option<RgbdFrame>> {
         loop {
             if let Some(frame) = self.sync.pop() {
@@ -182,17 +233,21 @@ impl Recording for McapReader {
 }
 
 /// Whether a channel's messages are decoded.
-fn is_read(topics: &Topics, channel: &Channel) -> bool {
+fn is_read(topics: &Topics, sdk: Option<&SdkStreams>, channel: &Channel) -> bool {
     let Some(kind) = channel.kind else { return false };
+    let topic = &channel.topic;
     let chosen =
         [Some(&topics.depth), topics.color.as_ref(), topics.confidence.as_ref(), topics.odometry.as_ref()];
-    chosen.contains(&Some(&channel.topic)) || kind.is_transforms() || kind.is_calibration()
+    match kind {
+        Kind::RosTransform(_) => sdk.is_some_and(|sdk| sdk.has_transform(topic)),
+        Kind::RosFloat(_) => sdk.is_some_and(|sdk| sdk.has_depth_unit(topic)),
+        _ => chosen.contains(&Some(topic)) || kind.is_transforms() || kind.is_calibration(),
+    }
 }
 
 /// Finds the channels of a file without a summary.
-fn scan(path: &Path, channels: &mut Channels) -> Result<()> {
-    let mut records = Records::open(path)?;
-    while let Some(record) = records.next(|_| false)? {
+fn scan(records: &mut impl Records, channels: &mut Channels) -> Result<()> {
+    while let Some(record) = records.next(&|_| false)? {
         channels.learn(record);
         if records.offset() > SCAN_BYTES {
             break;

@@ -3,18 +3,41 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use serde::de::DeserializeOwned;
+
 use super::records::Record;
 use crate::config::Config;
 use crate::error::{Error, Result};
+use crate::recording::message::{ros1, ros2};
+
+/// How ROS messages are written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Wire {
+    Cdr,
+    Ros1,
+}
+
+impl Wire {
+    /// The message in a payload of type `what`.
+    pub(super) fn decode<T: DeserializeOwned>(self, what: &str, payload: &[u8]) -> Result<T> {
+        match self {
+            Self::Cdr => ros2::decode_cdr(what, payload),
+            Self::Ros1 => ros1::decode(what, payload),
+        }
+    }
+}
 
 /// The message types that are read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Kind {
-    RosImage,
-    RosCompressedImage,
-    RosCameraInfo,
-    RosTransforms,
-    RosOdometry,
+    RosImage(Wire),
+    RosCompressedImage(Wire),
+    RosCameraInfo(Wire),
+    RosTransforms(Wire),
+    RosOdometry(Wire),
+    /// A transform without frames and stamp, and a number: both only of the RealSense SDK.
+    RosTransform(Wire),
+    RosFloat(Wire),
     FoxgloveRawImage,
     FoxgloveCompressedImage,
     FoxgloveCalibration,
@@ -24,35 +47,48 @@ pub(super) enum Kind {
 
 impl Kind {
     fn of(message_encoding: &str, schema: &str) -> Option<Self> {
-        Some(match (message_encoding, schema) {
-            ("cdr", "sensor_msgs/msg/Image") => Self::RosImage,
-            ("cdr", "sensor_msgs/msg/CompressedImage") => Self::RosCompressedImage,
-            ("cdr", "sensor_msgs/msg/CameraInfo") => Self::RosCameraInfo,
-            ("cdr", "tf2_msgs/msg/TFMessage") => Self::RosTransforms,
-            ("cdr", "nav_msgs/msg/Odometry") => Self::RosOdometry,
-            ("protobuf", "foxglove.RawImage") => Self::FoxgloveRawImage,
-            ("protobuf", "foxglove.CompressedImage") => Self::FoxgloveCompressedImage,
-            ("protobuf", "foxglove.CameraCalibration") => Self::FoxgloveCalibration,
-            ("protobuf", "foxglove.FrameTransform") => Self::FoxgloveTransform,
-            ("protobuf", "foxglove.FrameTransforms") => Self::FoxgloveTransforms,
+        match message_encoding {
+            "cdr" => Self::of_ros(Wire::Cdr, &schema.replace("/msg/", "/")),
+            "ros1" => Self::of_ros(Wire::Ros1, schema),
+            "protobuf" => Some(match schema {
+                "foxglove.RawImage" => Self::FoxgloveRawImage,
+                "foxglove.CompressedImage" => Self::FoxgloveCompressedImage,
+                "foxglove.CameraCalibration" => Self::FoxgloveCalibration,
+                "foxglove.FrameTransform" => Self::FoxgloveTransform,
+                "foxglove.FrameTransforms" => Self::FoxgloveTransforms,
+                _ => return None,
+            }),
+            _ => None,
+        }
+    }
+
+    fn of_ros(wire: Wire, schema: &str) -> Option<Self> {
+        Some(match schema {
+            "sensor_msgs/Image" => Self::RosImage(wire),
+            "sensor_msgs/CompressedImage" => Self::RosCompressedImage(wire),
+            "sensor_msgs/CameraInfo" => Self::RosCameraInfo(wire),
+            "tf2_msgs/TFMessage" | "tf/tfMessage" => Self::RosTransforms(wire),
+            "nav_msgs/Odometry" => Self::RosOdometry(wire),
+            "geometry_msgs/Transform" => Self::RosTransform(wire),
+            "std_msgs/Float32" => Self::RosFloat(wire),
             _ => return None,
         })
     }
 
     fn is_raw_image(self) -> bool {
-        matches!(self, Self::RosImage | Self::FoxgloveRawImage)
+        matches!(self, Self::RosImage(_) | Self::FoxgloveRawImage)
     }
 
     fn is_image(self) -> bool {
-        self.is_raw_image() || matches!(self, Self::RosCompressedImage | Self::FoxgloveCompressedImage)
+        self.is_raw_image() || matches!(self, Self::RosCompressedImage(_) | Self::FoxgloveCompressedImage)
     }
 
     pub(super) fn is_calibration(self) -> bool {
-        matches!(self, Self::RosCameraInfo | Self::FoxgloveCalibration)
+        matches!(self, Self::RosCameraInfo(_) | Self::FoxgloveCalibration)
     }
 
     pub(super) fn is_transforms(self) -> bool {
-        matches!(self, Self::RosTransforms | Self::FoxgloveTransform | Self::FoxgloveTransforms)
+        matches!(self, Self::RosTransforms(_) | Self::FoxgloveTransform | Self::FoxgloveTransforms)
     }
 }
 
@@ -67,11 +103,18 @@ pub(super) struct Channel {
     messages: Option<u64>,
 }
 
+impl Channel {
+    fn new(topic: String, message_encoding: &str, schema: &str) -> Self {
+        let type_name = format!("{schema} ({message_encoding})");
+        Self { topic, kind: Kind::of(message_encoding, schema), type_name, messages: None }
+    }
+}
+
 /// The channels of a recording.
 #[derive(Debug, Default)]
 pub(super) struct Channels {
     schemas: BTreeMap<u16, String>,
-    by_id: BTreeMap<u16, Channel>,
+    by_id: BTreeMap<u32, Channel>,
 }
 
 impl Channels {
@@ -83,9 +126,11 @@ impl Channels {
             }
             Record::Channel { id, schema_id, topic, message_encoding } => {
                 let schema = self.schemas.get(&schema_id).map_or("", String::as_str);
-                let kind = Kind::of(&message_encoding, schema);
-                let type_name = format!("{schema} ({message_encoding})");
-                self.by_id.entry(id).or_insert(Channel { topic, kind, type_name, messages: None });
+                let channel = Channel::new(topic, &message_encoding, schema);
+                self.by_id.entry(id).or_insert(channel);
+            }
+            Record::Connection { id, topic, type_name } => {
+                self.by_id.entry(id).or_insert_with(|| Channel::new(topic, "ros1", &type_name));
             }
             Record::Statistics { message_counts } => {
                 for channel in self.by_id.values_mut() {
@@ -101,7 +146,7 @@ impl Channels {
         }
     }
 
-    pub(super) fn get(&self, id: u16) -> Option<&Channel> {
+    pub(super) fn get(&self, id: u32) -> Option<&Channel> {
         self.by_id.get(&id)
     }
 
@@ -204,7 +249,7 @@ impl Topics {
             color_info,
             confidence: image("confidence_topic", &config.confidence_topic)?,
             odometry: channels.configured(path, "odometry_topic", &config.odometry_topic, |kind| {
-                kind == Kind::RosOdometry
+                matches!(kind, Kind::RosOdometry(_))
             })?,
         })
     }
@@ -267,14 +312,17 @@ fn find_color(channels: &Channels, depth: &str) -> Option<String> {
     found.min_by_key(|channel| (rank(channel), channel.topic.clone())).map(|channel| channel.topic.clone())
 }
 
-/// `camera_info` in the namespace of an image topic (`/ns/image_raw`, `/ns/image_raw/compressed`).
+/// `camera_info` in the namespace of an image topic (`/ns/image_raw`, `/ns/image_raw/compressed`), or
+/// `info/camera_info` there, as the RealSense SDK has it (`/ns/image/data`).
 fn sibling_info(channels: &Channels, image: &str) -> Option<String> {
     let mut namespace = image;
     for _ in 0..2 {
         namespace = namespace.rsplit_once('/')?.0;
-        let wanted = format!("{namespace}/camera_info");
-        if channels.of_kind(Kind::is_calibration).any(|channel| channel.topic == wanted) {
-            return Some(wanted);
+        for name in ["camera_info", "info/camera_info"] {
+            let wanted = format!("{namespace}/{name}");
+            if channels.of_kind(Kind::is_calibration).any(|channel| channel.topic == wanted) {
+                return Some(wanted);
+            }
         }
     }
     None

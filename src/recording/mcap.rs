@@ -3,15 +3,14 @@
 //! Records are framed here and chunks unpacked by the mcap crate one at a time: a damaged chunk costs
 //! its own messages only, and a cut-off one gives those before the cut.
 
-use std::fs::File;
-use std::io::{BufReader, Read};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use ::mcap::McapError;
 use ::mcap::records::{Record as McapRecord, op};
 use ::mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
 
-use crate::error::{Error, Result};
+use super::log::{LogFile, Record, Records};
+use crate::error::Result;
 
 /// Opcode and length before each record.
 const RECORD_HEADER: u64 = 9;
@@ -21,15 +20,6 @@ const MAX_RECORD_BYTES: usize = 512 << 20;
 
 /// Opcode, length, summary start, summary offset start, checksum, then the magic.
 const FOOTER_AND_MAGIC: u64 = 9 + 20 + 8;
-
-/// What of a file is of use to a reader.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) enum Record {
-    Schema { id: u16, name: String },
-    Channel { id: u16, schema_id: u16, topic: String, message_encoding: String },
-    Message { channel_id: u16, log_time_ns: u64, data: Vec<u8> },
-    Statistics { message_counts: Vec<(u16, u64)> },
-}
 
 /// A chunk while it is unpacked; its bytes are fed to the reader as that asks for them.
 struct Chunk {
@@ -56,7 +46,7 @@ impl Chunk {
     }
 
     /// The next record, if it is of use; `None` at the end of the chunk.
-    fn next(&mut self, wanted: impl Fn(u16) -> bool) -> Option<Result<Option<Record>, McapError>> {
+    fn next(&mut self, wanted: &dyn Fn(u32) -> bool) -> Option<Result<Option<Record>, McapError>> {
         loop {
             let wish = match self.reader.next_event()? {
                 Ok(LinearReadEvent::ReadRequest(wish)) => wish,
@@ -85,8 +75,8 @@ fn sizes_agree(body: &[u8]) -> bool {
 }
 
 /// A record, where it is of use.
-fn parse(opcode: u8, data: &[u8], wanted: impl Fn(u16) -> bool) -> Result<Option<Record>, McapError> {
-    let unwanted = || data.first_chunk::<2>().is_none_or(|&id| !wanted(u16::from_le_bytes(id)));
+fn parse(opcode: u8, data: &[u8], wanted: &dyn Fn(u32) -> bool) -> Result<Option<Record>, McapError> {
+    let unwanted = || data.first_chunk::<2>().is_none_or(|&id| !wanted(u16::from_le_bytes(id).into()));
     match opcode {
         op::MESSAGE if unwanted() => return Ok(None),
         op::SCHEMA | op::CHANNEL | op::MESSAGE | op::STATISTICS => {}
@@ -95,73 +85,56 @@ fn parse(opcode: u8, data: &[u8], wanted: impl Fn(u16) -> bool) -> Result<Option
     Ok(match ::mcap::parse_record(opcode, data)? {
         McapRecord::Schema { header, .. } => Some(Record::Schema { id: header.id, name: header.name }),
         McapRecord::Channel(channel) => Some(Record::Channel {
-            id: channel.id,
+            id: channel.id.into(),
             schema_id: channel.schema_id,
             topic: channel.topic,
             message_encoding: channel.message_encoding,
         }),
         McapRecord::Message { header, data } => Some(Record::Message {
-            channel_id: header.channel_id,
+            channel_id: header.channel_id.into(),
             log_time_ns: header.log_time,
             data: data.into_owned(),
         }),
         McapRecord::Statistics(statistics) => Some(Record::Statistics {
-            message_counts: statistics.channel_message_counts.into_iter().collect(),
+            message_counts: statistics
+                .channel_message_counts
+                .into_iter()
+                .map(|(id, count)| (id.into(), count))
+                .collect(),
         }),
         _ => None,
     })
 }
 
 /// See the module.
-pub(super) struct Records {
-    file: BufReader<File>,
-    path: PathBuf,
-    size: u64,
-    offset: u64,
+pub(crate) struct McapRecords {
+    file: LogFile,
     chunk: Option<Chunk>,
     ended: bool,
-    /// What was met and should be told; the reader takes them from here.
-    pub(super) notes: Vec<String>,
+    notes: Vec<String>,
 }
 
-impl Records {
-    /// # Errors
-    /// [`Error::File`], and [`Error::Format`] where the file does not start as MCAP files do.
-    pub(super) fn open(path: &Path) -> Result<Self> {
-        let file = File::open(path).map_err(Error::file(path))?;
-        let size = file.metadata().map_err(Error::file(path))?.len();
-        let mut records = Self {
-            file: BufReader::with_capacity(1 << 16, file),
-            path: path.into(),
-            size,
-            offset: 0,
-            chunk: None,
-            ended: false,
-            notes: Vec::new(),
-        };
-        let magic = records.read(::mcap::MAGIC.len() as u64)?;
-        if magic != ::mcap::MAGIC {
-            return Err(Error::Format { path: path.into(), reason: "is not an MCAP file".into() });
-        }
-        Ok(records)
+impl Records for McapRecords {
+    fn open(path: &Path) -> Result<Self> {
+        let file = LogFile::open(path, ::mcap::MAGIC, "an MCAP file")?;
+        Ok(Self { file, chunk: None, ended: false, notes: Vec::new() })
     }
 
-    /// Bytes of the file gone through so far.
-    pub(super) fn offset(&self) -> u64 {
-        self.offset
+    fn offset(&self) -> u64 {
+        self.file.offset()
     }
 
-    /// Schemas, channels and statistics of the summary; empty where there is none, as in a cut-off file.
-    ///
-    /// # Errors
-    /// [`Error::File`].
-    pub(super) fn summary(path: &Path) -> Result<Vec<Record>> {
+    fn take_notes(&mut self) -> Vec<String> {
+        std::mem::take(&mut self.notes)
+    }
+
+    fn summary(path: &Path) -> Result<Vec<Record>> {
         let mut records = Self::open(path)?;
-        let Some(footer_at) = records.size.checked_sub(FOOTER_AND_MAGIC).filter(|&at| at >= 8) else {
+        let Some(footer_at) = records.file.size().checked_sub(FOOTER_AND_MAGIC).filter(|&at| at >= 8) else {
             return Ok(Vec::new());
         };
-        records.seek(footer_at)?;
-        let footer = records.read(FOOTER_AND_MAGIC)?;
+        records.file.seek(footer_at)?;
+        let footer = records.file.take_bytes(FOOTER_AND_MAGIC)?;
         if footer.first() != Some(&op::FOOTER) || !footer.ends_with(::mcap::MAGIC) {
             return Ok(Vec::new());
         }
@@ -170,61 +143,58 @@ impl Records {
         if start == 0 || start >= footer_at {
             return Ok(Vec::new());
         }
-        records.seek(start)?;
+        records.file.seek(start)?;
         let mut found = Vec::new();
-        while let Some(record) = records.next(|_| false)? {
+        while let Some(record) = records.next(&|_| false)? {
             found.push(record);
         }
         Ok(found)
     }
 
-    /// The next record of use, messages only of channels that are `wanted`; `None` at the end of the
-    /// data, or where the file is cut off or cannot be read on, which then is noted.
-    ///
-    /// # Errors
-    /// [`Error::File`] where the operating system fails to read.
-    pub(super) fn next(&mut self, wanted: impl Fn(u16) -> bool) -> Result<Option<Record>> {
+    fn next(&mut self, wanted: &dyn Fn(u32) -> bool) -> Result<Option<Record>> {
         loop {
-            if let Some(record) = self.next_in_chunk(&wanted) {
+            if let Some(record) = self.next_in_chunk(wanted) {
                 return Ok(Some(record));
             }
             if self.ended {
                 return Ok(None);
             }
-            if let Some(record) = self.next_in_file(&wanted)? {
+            if let Some(record) = self.next_in_file(wanted)? {
                 return Ok(Some(record));
             }
         }
     }
+}
 
-    fn next_in_file(&mut self, wanted: &impl Fn(u16) -> bool) -> Result<Option<Record>> {
-        let at = self.offset;
-        if self.size - at < RECORD_HEADER {
+impl McapRecords {
+    fn next_in_file(&mut self, wanted: &dyn Fn(u32) -> bool) -> Result<Option<Record>> {
+        let at = self.file.offset();
+        if self.file.left() < RECORD_HEADER {
             self.end_at_cut(at);
             return Ok(None);
         }
-        let header = self.read(RECORD_HEADER)?;
+        let header = self.file.take_bytes(RECORD_HEADER)?;
         let (&opcode, length) = match header.split_first() {
             Some((opcode, length)) => {
                 (opcode, length.first_chunk().map_or(0, |&length| u64::from_le_bytes(length)))
             }
             None => return Ok(None),
         };
-        let there = length.min(self.size - self.offset);
+        let there = length.min(self.file.left());
         match opcode {
             op::DATA_END | op::FOOTER => self.ended = true,
             0 => self.end_at(at, "a record of no kind"),
             op::CHUNK => self.open_chunk(at, length, there)?,
             _ if there < length => self.end_at_cut(at),
             op::SCHEMA | op::CHANNEL | op::MESSAGE | op::STATISTICS if length <= MAX_RECORD_BYTES as u64 => {
-                let body = self.read(length)?;
+                let body = self.file.take_bytes(length)?;
                 return Ok(parse(opcode, &body, wanted).unwrap_or_else(|error| {
                     self.notes
                         .push(format!("the record at byte {at} is damaged ({error}) and was passed over"));
                     None
                 }));
             }
-            _ => self.seek(self.offset + length)?,
+            _ => self.file.seek(self.file.offset() + length)?,
         }
         Ok(None)
     }
@@ -234,9 +204,9 @@ impl Records {
         let cut = there < length;
         if there > MAX_RECORD_BYTES as u64 {
             self.notes.push(format!("the chunk at byte {at} is larger than 512 MiB and was passed over"));
-            self.seek(self.offset + there)?;
+            self.file.seek(self.file.offset() + there)?;
         } else {
-            let body = self.read(there)?;
+            let body = self.file.take_bytes(there)?;
             if cut || sizes_agree(&body) {
                 self.chunk = Some(Chunk::new(at, length, body, cut));
             } else {
@@ -250,7 +220,7 @@ impl Records {
         Ok(())
     }
 
-    fn next_in_chunk(&mut self, wanted: &impl Fn(u16) -> bool) -> Option<Record> {
+    fn next_in_chunk(&mut self, wanted: &dyn Fn(u32) -> bool) -> Option<Record> {
         loop {
             let chunk = self.chunk.as_mut()?;
             match chunk.next(wanted) {
@@ -275,25 +245,6 @@ impl Records {
 
     fn end_at(&mut self, at: u64, what: &str) {
         self.ended = true;
-        self.notes.push(format!(
-            "the file is cut off or damaged: it ends at byte {} and has {what} at byte {at}; what comes before was read",
-            self.size
-        ));
-    }
-
-    fn seek(&mut self, to: u64) -> Result<()> {
-        #[expect(clippy::cast_possible_wrap, reason = "the difference wraps back to the signed step")]
-        let step = to.wrapping_sub(self.offset) as i64;
-        self.file.seek_relative(step).map_err(Error::file(&self.path))?;
-        self.offset = to;
-        Ok(())
-    }
-
-    /// Bytes that are known to be there.
-    fn read(&mut self, length: u64) -> Result<Vec<u8>> {
-        let mut bytes = Vec::new();
-        (&mut self.file).take(length).read_to_end(&mut bytes).map_err(Error::file(&self.path))?;
-        self.offset += bytes.len() as u64;
-        Ok(bytes)
+        self.notes.push(self.file.end_note(at, what));
     }
 }
