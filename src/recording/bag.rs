@@ -188,18 +188,61 @@ impl Records for BagRecords {
         Ok(records.index()?.unwrap_or_default())
     }
 
-    fn next(&mut self, wanted: &dyn Fn(u32) -> bool) -> Result<Option<Record>> {
+    fn next_in_chunk(&mut self, wanted: &dyn Fn(u32) -> bool) -> Option<Record> {
         loop {
-            if let Some(record) = self.next_in_chunk(wanted) {
-                return Ok(Some(record));
-            }
-            if self.ended {
-                return Ok(None);
-            }
-            if let Some(record) = self.next_in_file(wanted)? {
-                return Ok(Some(record));
+            let chunk = self.chunk.as_mut()?;
+            let head = Head::read(&mut chunk.records);
+            let next = head.and_then(|head| match head {
+                Some(head) => head.record(&mut chunk.records, wanted).map(Some),
+                None => Ok(None),
+            });
+            match next {
+                Ok(Some(Some(record))) => return Some(record),
+                Ok(Some(None)) => {}
+                Ok(None) => self.chunk = None,
+                Err(fault) => {
+                    let (at, cut) = (chunk.offset, chunk.cut);
+                    self.chunk = None;
+                    if !cut {
+                        self.note_chunk(at, fault);
+                    }
+                }
             }
         }
+    }
+
+    fn next_in_file(&mut self, wanted: &dyn Fn(u32) -> bool) -> Result<Option<Record>> {
+        let at = self.file.offset();
+        let head = match Head::read(&mut self.file) {
+            Ok(Some(head)) => head,
+            Ok(None) => {
+                self.end_of_file(at);
+                return Ok(None);
+            }
+            Err(fault) => {
+                self.end_at(at, fault);
+                return Ok(None);
+            }
+        };
+        let cut = head.data_bytes > self.file.left();
+        match head.op {
+            op::CHUNK => self.open_chunk(at, &head, cut)?,
+            _ if cut => self.end_at(at, Fault::Cut),
+            op::MESSAGE | op::CONNECTION => match head.record(&mut self.file, wanted) {
+                Ok(record) => return Ok(record),
+                Err(fault) => self.end_at(at, fault),
+            },
+            op::BAG | op::INDEX | op::CHUNK_INFO => {
+                self.index_at = bag_header(&head).map_or(self.index_at, |bag| bag.index_at);
+                self.file.seek(self.file.offset() + head.data_bytes)?;
+            }
+            _ => self.end_at(at, Fault::Damaged("a record of no kind".into())),
+        }
+        Ok(None)
+    }
+
+    fn ended(&self) -> bool {
+        self.ended
     }
 
     fn offset(&self) -> u64 {
@@ -237,36 +280,6 @@ impl BagRecords {
         Ok(whole.then_some(found))
     }
 
-    fn next_in_file(&mut self, wanted: &dyn Fn(u32) -> bool) -> Result<Option<Record>> {
-        let at = self.file.offset();
-        let head = match Head::read(&mut self.file) {
-            Ok(Some(head)) => head,
-            Ok(None) => {
-                self.end_of_file(at);
-                return Ok(None);
-            }
-            Err(fault) => {
-                self.end_at(at, fault);
-                return Ok(None);
-            }
-        };
-        let cut = head.data_bytes > self.file.left();
-        match head.op {
-            op::CHUNK => self.open_chunk(at, &head, cut)?,
-            _ if cut => self.end_at(at, Fault::Cut),
-            op::MESSAGE | op::CONNECTION => match head.record(&mut self.file, wanted) {
-                Ok(record) => return Ok(record),
-                Err(fault) => self.end_at(at, fault),
-            },
-            op::BAG | op::INDEX | op::CHUNK_INFO => {
-                self.index_at = bag_header(&head).map_or(self.index_at, |bag| bag.index_at);
-                self.file.seek(self.file.offset() + head.data_bytes)?;
-            }
-            _ => self.end_at(at, Fault::Damaged("a record of no kind".into())),
-        }
-        Ok(None)
-    }
-
     /// Reads what is there of a chunk and starts to unpack it.
     fn open_chunk(&mut self, at: u64, head: &Head, cut: bool) -> Result<()> {
         let there = head.data_bytes.min(self.file.left());
@@ -285,29 +298,6 @@ impl BagRecords {
             self.end_at(at, Fault::Cut);
         }
         Ok(())
-    }
-
-    fn next_in_chunk(&mut self, wanted: &dyn Fn(u32) -> bool) -> Option<Record> {
-        loop {
-            let chunk = self.chunk.as_mut()?;
-            let head = Head::read(&mut chunk.records);
-            let next = head.and_then(|head| match head {
-                Some(head) => head.record(&mut chunk.records, wanted).map(Some),
-                None => Ok(None),
-            });
-            match next {
-                Ok(Some(Some(record))) => return Some(record),
-                Ok(Some(None)) => {}
-                Ok(None) => self.chunk = None,
-                Err(fault) => {
-                    let (at, cut) = (chunk.offset, chunk.cut);
-                    self.chunk = None;
-                    if !cut {
-                        self.note_chunk(at, fault);
-                    }
-                }
-            }
-        }
     }
 
     fn note_chunk(&mut self, at: u64, fault: Fault) {

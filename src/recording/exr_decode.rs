@@ -63,7 +63,7 @@ fn depth_channel(header: &Header) -> Result<&'static str> {
     if bytes > MAX_DECODER_BYTES {
         return Err(refused(format!("its pixels take {} MiB", bytes >> 20)));
     }
-    let holds = |name: &&str| header.channels.list.iter().any(|channel| channel.name.eq(*name));
+    let holds = |name: &&str| header.channels.list.iter().any(|channel| channel.name.eq(name));
     CHANNELS
         .into_iter()
         .find(holds)

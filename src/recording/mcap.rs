@@ -151,22 +151,25 @@ impl Records for McapRecords {
         Ok(found)
     }
 
-    fn next(&mut self, wanted: &dyn Fn(u32) -> bool) -> Result<Option<Record>> {
+    fn next_in_chunk(&mut self, wanted: &dyn Fn(u32) -> bool) -> Option<Record> {
         loop {
-            if let Some(record) = self.next_in_chunk(wanted) {
-                return Ok(Some(record));
-            }
-            if self.ended {
-                return Ok(None);
-            }
-            if let Some(record) = self.next_in_file(wanted)? {
-                return Ok(Some(record));
+            let chunk = self.chunk.as_mut()?;
+            match chunk.next(wanted) {
+                Some(Ok(Some(record))) => return Some(record),
+                Some(Ok(None)) => {}
+                Some(Err(error)) => {
+                    if !chunk.cut {
+                        let at = chunk.offset;
+                        self.notes
+                            .push(format!("the chunk at byte {at} is damaged ({error}): messages are lost"));
+                    }
+                    self.chunk = None;
+                }
+                None => self.chunk = None,
             }
         }
     }
-}
 
-impl McapRecords {
     fn next_in_file(&mut self, wanted: &dyn Fn(u32) -> bool) -> Result<Option<Record>> {
         let at = self.file.offset();
         if self.file.left() < RECORD_HEADER {
@@ -199,6 +202,12 @@ impl McapRecords {
         Ok(None)
     }
 
+    fn ended(&self) -> bool {
+        self.ended
+    }
+}
+
+impl McapRecords {
     /// Reads what is there of a chunk and starts to unpack it.
     fn open_chunk(&mut self, at: u64, length: u64, there: u64) -> Result<()> {
         let cut = there < length;
@@ -218,25 +227,6 @@ impl McapRecords {
             self.end_at_cut(at);
         }
         Ok(())
-    }
-
-    fn next_in_chunk(&mut self, wanted: &dyn Fn(u32) -> bool) -> Option<Record> {
-        loop {
-            let chunk = self.chunk.as_mut()?;
-            match chunk.next(wanted) {
-                Some(Ok(Some(record))) => return Some(record),
-                Some(Ok(None)) => {}
-                Some(Err(error)) => {
-                    if !chunk.cut {
-                        let at = chunk.offset;
-                        self.notes
-                            .push(format!("the chunk at byte {at} is damaged ({error}): messages are lost"));
-                    }
-                    self.chunk = None;
-                }
-                None => self.chunk = None,
-            }
-        }
     }
 
     fn end_at_cut(&mut self, at: u64) {

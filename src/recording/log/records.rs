@@ -53,16 +53,40 @@ pub(crate) trait Records {
     where
         Self: Sized;
 
-    /// The next record of use, messages only of channels that are `wanted`; `None` at the end of the
-    /// data, or where the file is cut off or cannot be read on, which then is noted.
+    /// The next record of the chunk that is open; `None` at its end.
+    fn next_in_chunk(&mut self, wanted: &dyn Fn(u32) -> bool) -> Option<Record>;
+
+    /// Goes on by a record of the file, which is given where it is of use and opened where it is a chunk.
     ///
     /// # Errors
-    /// [`crate::Error::File`] where the operating system fails to read.
-    fn next(&mut self, wanted: &dyn Fn(u32) -> bool) -> Result<Option<Record>>;
+    /// [`crate::Error::File`].
+    fn next_in_file(&mut self, wanted: &dyn Fn(u32) -> bool) -> Result<Option<Record>>;
+
+    /// Whether nothing more comes in the file.
+    fn ended(&self) -> bool;
 
     /// Bytes of the file gone through so far.
     fn offset(&self) -> u64;
 
     /// What was met and should be told, each once.
     fn take_notes(&mut self) -> Vec<String>;
+
+    /// The next record of use, messages only of channels that are `wanted`; `None` at the end of the
+    /// data, or where the file is cut off or cannot be read on, which then is noted.
+    ///
+    /// # Errors
+    /// [`crate::Error::File`] where the operating system fails to read.
+    fn next(&mut self, wanted: &dyn Fn(u32) -> bool) -> Result<Option<Record>> {
+        loop {
+            if let Some(record) = self.next_in_chunk(wanted) {
+                return Ok(Some(record));
+            }
+            if self.ended() {
+                return Ok(None);
+            }
+            if let Some(record) = self.next_in_file(wanted)? {
+                return Ok(Some(record));
+            }
+        }
+    }
 }
