@@ -5,8 +5,8 @@ use std::io::Cursor;
 use std::path::PathBuf;
 
 use limpid::recording::message::ros2::{
-    self, CameraInfo, CompressedImage, Header, Image, Quaternion, TFMessage, Time, Transform,
-    TransformStamped, Vector3,
+    self, CameraInfo, CompressedImage, Header, Image, Quaternion, TFMessage, Transform, TransformStamped,
+    Vector3,
 };
 use mcap::records::MessageHeader;
 use mcap::{Compression, WriteOptions, Writer};
@@ -140,7 +140,7 @@ pub(crate) fn save(bytes: &[u8]) -> Saved {
 }
 
 pub(crate) fn header(stamp_ns: u64, frame: &str) -> Header {
-    Header { stamp: Time::from_stamp_ns(stamp_ns).unwrap(), frame_id: frame.into() }
+    Header::new(stamp_ns, frame)
 }
 
 pub(crate) fn raw_image(stamp_ns: u64, encoding: &str, step: u32, data: Vec<u8>) -> Image {

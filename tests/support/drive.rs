@@ -7,11 +7,10 @@ use glam::{DQuat, DVec3};
 use image::codecs::jpeg::JpegEncoder;
 use limpid::camera::{CameraModel, Distortion};
 use limpid::geometry::Rigid;
-use limpid::recording::write::RosFile;
-use limpid::recording::write::message::{
-    CameraInfo, CompressedImage, Header, Image, TfMessage, TransformStamped,
+use limpid::recording::message::ros2::{
+    CameraInfo, CompressedImage, Header, Image, TFMessage, TransformStamped,
 };
-use serde_bytes::Bytes;
+use limpid::recording::write::RosFile;
 
 use super::room::Room;
 
@@ -102,9 +101,9 @@ pub(crate) fn recording() -> Vec<u8> {
 
 type MemoryFile = RosFile<Cursor<Vec<u8>>>;
 
-fn edge(stamp_ns: u64, parent: &str, child: &str, pose: Rigid) -> TfMessage {
+fn edge(stamp_ns: u64, parent: &str, child: &str, pose: Rigid) -> TFMessage {
     let header = Header::new(stamp_ns, parent);
-    TfMessage {
+    TFMessage {
         transforms: vec![TransformStamped { header, child_frame_id: child.into(), transform: pose.into() }],
     }
 }
@@ -128,23 +127,19 @@ fn write_images(file: &mut MemoryFile, stamp_ns: u64) {
     JpegEncoder::new_with_quality(&mut jpeg, 90)
         .encode(&rgb, camera.width, camera.height, image::ExtendedColorType::Rgb8)
         .unwrap();
-    let color = CompressedImage {
-        header: header.clone(),
-        format: "rgb8; jpeg compressed bgr8",
-        data: Bytes::new(&jpeg),
-    };
+    let color =
+        CompressedImage { header: header.clone(), format: "rgb8; jpeg compressed bgr8".into(), data: jpeg };
     file.write("/camera/camera/color/camera_info", stamp_ns, &info).unwrap();
     file.write("/camera/camera/color/image_raw/compressed", stamp_ns, &color).unwrap();
 
-    let bytes: Vec<u8> = millimetres(&depth_m).into_iter().flat_map(u16::to_le_bytes).collect();
     let depth = Image {
         header,
         height: camera.height,
         width: camera.width,
-        encoding: "16UC1",
+        encoding: "16UC1".into(),
         is_bigendian: 0,
         step: 2 * camera.width,
-        data: Bytes::new(&bytes),
+        data: millimetres(&depth_m).into_iter().flat_map(u16::to_le_bytes).collect(),
     };
     file.write("/camera/camera/aligned_depth_to_color/camera_info", stamp_ns, &info).unwrap();
     file.write("/camera/camera/aligned_depth_to_color/image_raw", stamp_ns, &depth).unwrap();

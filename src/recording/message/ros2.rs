@@ -1,11 +1,14 @@
 //! ROS 2 messages in CDR: plain structs with the fields in ROS order, both ways.
 
 use byteorder::{BigEndian, LittleEndian};
+use glam::{DQuat, DVec3};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 use super::decode_error;
+use crate::camera::{CameraModel, Distortion};
 use crate::error::Result;
+use crate::geometry::Rigid;
 
 /// `builtin_interfaces/msg/Time`.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -28,12 +31,11 @@ impl Time {
         }
     }
 
-    /// The time of a stamp in nanoseconds; `None` past the year 2038, where ROS's seconds end.
-    pub fn from_stamp_ns(stamp_ns: u64) -> Option<Self> {
-        Some(Self {
-            sec: i32::try_from(stamp_ns / 1_000_000_000).ok()?,
-            nanosec: u32::try_from(stamp_ns % 1_000_000_000).ok()?,
-        })
+    /// The time of a stamp in nanoseconds; later than what ROS can say (2038) stays at its last second.
+    pub fn from_stamp_ns(stamp_ns: u64) -> Self {
+        let sec = i32::try_from(stamp_ns / 1_000_000_000).unwrap_or(i32::MAX);
+        let nanosec = u32::try_from(stamp_ns % 1_000_000_000).unwrap_or_default();
+        Self { sec, nanosec }
     }
 }
 
@@ -44,6 +46,13 @@ pub struct Header {
     pub stamp: Time,
     /// Frame of the data.
     pub frame_id: String,
+}
+
+impl Header {
+    /// At `stamp_ns` nanoseconds in frame `frame_id`.
+    pub fn new(stamp_ns: u64, frame_id: &str) -> Self {
+        Self { stamp: Time::from_stamp_ns(stamp_ns), frame_id: frame_id.into() }
+    }
 }
 
 /// `geometry_msgs/msg/Vector3`, and `Point`, which has the same fields.
@@ -70,6 +79,18 @@ pub struct Quaternion {
     pub w: f64,
 }
 
+impl From<DVec3> for Vector3 {
+    fn from(DVec3 { x, y, z }: DVec3) -> Self {
+        Self { x, y, z }
+    }
+}
+
+impl From<DQuat> for Quaternion {
+    fn from(DQuat { x, y, z, w }: DQuat) -> Self {
+        Self { x, y, z, w }
+    }
+}
+
 impl Default for Quaternion {
     fn default() -> Self {
         Self { x: 0.0, y: 0.0, z: 0.0, w: 1.0 }
@@ -83,6 +104,12 @@ pub struct Transform {
     pub translation: Vector3,
     /// Unit quaternion.
     pub rotation: Quaternion,
+}
+
+impl From<Rigid> for Transform {
+    fn from(rigid: Rigid) -> Self {
+        Self { translation: rigid.translation_m.into(), rotation: rigid.rotation.into() }
+    }
 }
 
 /// `geometry_msgs/msg/Pose`.
@@ -204,6 +231,31 @@ pub struct CameraInfo {
     pub binning_y: u32,
     /// The part of the sensor that the image shows; all 0 means all of it.
     pub roi: RegionOfInterest,
+}
+
+impl CameraInfo {
+    /// Calibration of one camera: R is the identity and P is K without an offset.
+    pub fn new(header: Header, camera: &CameraModel) -> Self {
+        let CameraModel { width, height, fx, fy, cx, cy, distortion } = *camera;
+        let (distortion_model, d) = match distortion {
+            Distortion::None => ("plumb_bob", vec![0.0; 5]),
+            Distortion::PlumbBob(k) => ("plumb_bob", k.to_vec()),
+            Distortion::RationalPolynomial(k) => ("rational_polynomial", k.to_vec()),
+        };
+        Self {
+            header,
+            height,
+            width,
+            distortion_model: distortion_model.into(),
+            d,
+            k: [fx, 0.0, cx, 0.0, fy, cy, 0.0, 0.0, 1.0],
+            r: [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0],
+            p: [fx, 0.0, cx, 0.0, 0.0, fy, cy, 0.0, 0.0, 0.0, 1.0, 0.0],
+            binning_x: 0,
+            binning_y: 0,
+            roi: RegionOfInterest::default(),
+        }
+    }
 }
 
 /// A message from its encapsulation: a header of four bytes, whose second says the byte order, then CDR.

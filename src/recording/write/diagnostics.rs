@@ -1,8 +1,9 @@
 //! The state of a frame as a ROS diagnostic (spec 1 §5).
 
-use super::message::{DiagnosticArray, DiagnosticStatus, Header, KeyValue};
+use super::message::{DiagnosticArray, DiagnosticStatus, KeyValue};
 use super::pass_sums_ms;
 use crate::frame::FrameOutput;
+use crate::recording::message::ros2::Header;
 
 const LEVEL_OK: u8 = 0;
 const LEVEL_WARN: u8 = 1;

@@ -6,16 +6,16 @@ use std::path::{Path, PathBuf};
 
 use serde_bytes::Bytes;
 
-use super::message::{
-    CameraInfo, Costmap, CostmapMetaData, Header, Image, MapMetaData, OccupancyGrid, Pose, TfMessage, Time,
-    TransformStamped,
-};
+use super::message::{Costmap, CostmapMetaData, MapMetaData, OccupancyGrid};
 use super::ros_file::RosFile;
 use super::{Sink, create_file, diagnostics, encode_error, grid_mismatch, narrow};
 use crate::config::Config;
 use crate::error::Result;
 use crate::frame::{FrameImages, FrameOutput};
 use crate::geometry::Rigid;
+use crate::recording::message::ros2::{
+    CameraInfo, Header, Image, Pose, Quaternion, TFMessage, Time, TransformStamped, Vector3,
+};
 use crate::recording::{DepthImage, DepthSamples, RgbdFrame};
 
 /// A crash loses at most this many frames.
@@ -73,11 +73,9 @@ impl McapSink {
         let stamp_ns = output.stamp_ns;
         let grid = &output.grid;
         let header = Header::new(stamp_ns, &self.map_frame);
-        let origin = Pose {
-            translation_m: [grid.origin_x_m, grid.origin_y_m, 0.0],
-            rotation_xyzw: [0.0, 0.0, 0.0, 1.0],
-        };
-        let (time, resolution) = (Time::from_ns(stamp_ns), narrow(grid.resolution_m));
+        let corner = Vector3 { x: grid.origin_x_m, y: grid.origin_y_m, z: 0.0 };
+        let origin = Pose { position: corner, orientation: Quaternion::default() };
+        let (time, resolution) = (Time::from_stamp_ns(stamp_ns), narrow(grid.resolution_m));
         let (width, height) = (grid.width, grid.height);
 
         let occupancy: Vec<u8> =
@@ -110,19 +108,19 @@ impl McapSink {
         if camera_frame != self.base_frame {
             transforms.push(edge(&self.base_frame, camera_frame, output.base_from_camera));
         }
-        self.file.write("/tf", stamp_ns, &TfMessage { transforms })
+        self.file.write("/tf", stamp_ns, &TFMessage { transforms })
     }
 
     fn write_images(&mut self, depth: &DepthImage, header: &Header, images: &FrameImages) -> Result<()> {
         let rounded: Vec<u8> = images.reliability.iter().map(|&r| byte_of_unit(r)).collect();
         let size = (images.width, images.height);
-        self.write_image("/limpid/reliability", depth.stamp_ns, header, size, "mono8", &rounded)?;
-        let floats = bytemuck::cast_slice(&images.reliability);
+        self.write_image("/limpid/reliability", depth.stamp_ns, header, size, "mono8", rounded)?;
+        let floats = bytemuck::cast_slice(&images.reliability).to_vec();
         self.write_image("/limpid/reliability_float", depth.stamp_ns, header, size, "32FC1", floats)?;
 
         let (encoding, filtered) = filtered_depth(&depth.samples, &images.reliability, self.tau);
         let size = (depth.camera.width, depth.camera.height);
-        self.write_image("/limpid/depth_filtered/image", depth.stamp_ns, header, size, encoding, &filtered)?;
+        self.write_image("/limpid/depth_filtered/image", depth.stamp_ns, header, size, encoding, filtered)?;
         let calibration = CameraInfo::new(header.clone(), &depth.camera);
         self.file.write("/limpid/depth_filtered/camera_info", depth.stamp_ns, &calibration)
     }
@@ -134,16 +132,16 @@ impl McapSink {
         header: &Header,
         (width, height): (u32, u32),
         encoding: &str,
-        data: &[u8],
+        data: Vec<u8>,
     ) -> Result<()> {
         let message = Image {
             header: header.clone(),
             height,
             width,
-            encoding,
+            encoding: encoding.into(),
             is_bigendian: u8::from(cfg!(target_endian = "big")),
             step: width * bytes_per_pixel(encoding),
-            data: Bytes::new(data),
+            data,
         };
         self.file.write(topic, stamp_ns, &message)
     }

@@ -10,9 +10,7 @@ use ::mcap::{Compression, McapError, WriteOptions, Writer};
 use super::message::RosMessage;
 use super::{encode_error, schema};
 use crate::error::{Error, Result};
-
-/// First bytes of a CDR message: little endian, no options.
-const CDR_LITTLE_ENDIAN: [u8; 4] = [0, 1, 0, 0];
+use crate::recording::message::ros2::encode_cdr;
 
 /// Channel of a topic, and how many messages it has.
 struct Channel {
@@ -51,9 +49,7 @@ impl<W: Write + Seek> RosFile<W> {
             let id = self.add_channel::<M>(topic)?;
             self.channels.insert(topic.to_owned(), Channel { id, sequence: 0 });
         }
-        let mut data = CDR_LITTLE_ENDIAN.to_vec();
-        cdr_encoding::to_writer::<M, byteorder::LittleEndian, _>(&mut data, message)
-            .map_err(|e| encode_error(&self.path, format!("{}: {e}", M::TYPE)))?;
+        let data = encode_cdr(M::TYPE, message).map_err(|e| encode_error(&self.path, e))?;
         let writer = self.writer.as_mut().ok_or_else(|| finished(&self.path))?;
         if let Some(channel) = self.channels.get_mut(topic) {
             let header = MessageHeader {
