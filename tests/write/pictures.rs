@@ -122,6 +122,27 @@ fn without_colour_near_is_lighter_than_far() {
 }
 
 #[test]
+fn what_the_colour_camera_does_not_see_is_drawn_as_without_colour() {
+    let mut output = sample::output();
+    let images = output.images.as_mut().unwrap();
+    images.depth_m = vec![0.5, 0.5, 5.0, 0.0, 1.0, 1.0];
+    images.reliability = vec![1.0; 6];
+    let without = pictures(&output).1.unwrap();
+    // Unseen, nearly black, unseen; without depth, seen, seen.
+    let rgb = [[0, 0, 0], [1, 0, 0], [0, 0, 0], [0, 0, 0], [40, 80, 160], [9, 9, 9]];
+    output.images.as_mut().unwrap().color = Some(rgb.concat());
+    let with = pictures(&output).1.unwrap();
+    let at = |picture: &RgbImage, x: u32, y: u32| picture.get_pixel(x * 214 + 107, y * 214 + 107).0;
+    for x in [0, 2] {
+        assert_eq!(at(&with, x, 0), at(&without, x, 0), "the depth in grey");
+    }
+    assert_ne!(at(&with, 0, 0), at(&with, 2, 0), "and not one grey for all");
+    assert_eq!([at(&with, 1, 0), at(&with, 1, 1)], [[1, 0, 0], [40, 80, 160]], "colour where there is one");
+    let hole: std::collections::BTreeSet<_> = (0..20).map(|i| with.get_pixel(90 + i, 214 + 107).0).collect();
+    assert_eq!(hole, [[0, 0, 0], [74, 78, 92]].into(), "no depth stays dark");
+}
+
+#[test]
 fn a_real_scene_has_all_parts() {
     let (_temporary, folder) = sample::output_folder();
     let (costmap, reliability) = pictures_in(&folder, &sample::picture());

@@ -1,4 +1,5 @@
 //! Reliability over the camera's image: what is trusted stays as it is, the rest turns red or dark.
+//! Depth takes the place of colour where there is none.
 
 use super::canvas::{Canvas, Rgb, TEXT_HEIGHT, byte, mix};
 use super::{MARGIN, legend_entry, status_line, with_panel};
@@ -15,6 +16,8 @@ const TINT: f32 = 0.68;
 const HOLE_BRIGHTNESS: f32 = 0.22;
 const HATCH: Rgb = [74, 78, 92];
 const HATCH_SPACING: i64 = 8;
+/// What registered colour is where the colour camera does not see the depth camera's pixel.
+const UNSEEN: Rgb = [0; 3];
 /// Depths drawn lightest and darkest where there is no colour, metres.
 const GREY_NEAR_M: f32 = 0.3;
 const GREY_FAR_M: f32 = 10.0;
@@ -43,12 +46,10 @@ pub(super) fn draw(images: &FrameImages, output: &FrameOutput, tau: f32) -> Opti
 
 fn overlay(images: &FrameImages, pixel: usize, tau: f32, hatched: bool) -> Rgb {
     let depth_m = images.depth_m[pixel];
-    let color = images.color.as_ref().map_or_else(
-        || grey_of_depth(depth_m),
-        |rgb| [rgb[3 * pixel], rgb[3 * pixel + 1], rgb[3 * pixel + 2]],
-    );
     // Written so that NaN counts as no depth.
     let measured = depth_m > 0.0;
+    let rgb = images.color.as_ref().map(|rgb| [rgb[3 * pixel], rgb[3 * pixel + 1], rgb[3 * pixel + 2]]);
+    let color = rgb.filter(|&rgb| !(measured && rgb == UNSEEN)).unwrap_or_else(|| grey_of_depth(depth_m));
     match (measured, hatched) {
         (false, true) => HATCH,
         (false, false) => mix([0; 3], color, HOLE_BRIGHTNESS),
