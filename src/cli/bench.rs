@@ -11,7 +11,7 @@ use super::{Common, save};
 
 #[derive(Debug, Args)]
 pub(crate) struct BenchArguments {
-    /// MCAP file or TUM folder; frames are read into memory first
+    /// MCAP file, ROS 1 bag, TUM folder or folder with a still pair; frames are read into memory first
     input: PathBuf,
     #[command(flatten)]
     common: Common,

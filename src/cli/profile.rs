@@ -11,7 +11,7 @@ use super::{Common, save};
 
 #[derive(Debug, Args)]
 pub(crate) struct ProfileArguments {
-    /// MCAP file or TUM folder
+    /// MCAP file, ROS 1 bag, TUM folder or folder with a still pair
     input: PathBuf,
     #[command(flatten)]
     common: Common,

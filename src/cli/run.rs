@@ -16,7 +16,7 @@ use super::{Common, parse_range};
 
 #[derive(Debug, Args)]
 pub(crate) struct RunArguments {
-    /// MCAP file or TUM folder
+    /// MCAP file, ROS 1 bag, TUM folder or folder with a still pair
     input: PathBuf,
     #[command(flatten)]
     common: Common,

@@ -71,6 +71,35 @@ fn the_sdks_bag_gives_what_its_mcap_file_gives() {
     assert!(noted(bag.report(), "`depth_0_optical_frame` and `color_0_optical_frame`"));
 }
 
+/// A bag in the SDK's layout: the reference in depth is at x = 1, in colour at x = 5.
+fn sdk_bag(color_reference: &str) -> Vec<u8> {
+    let (depth, color) = ("/device_0/sensor_0/Depth_0", "/device_0/sensor_1/Color_0");
+    let mut bag = Bag::new(Compression::Bz2);
+    let transform = |x: f64| f64s(&[x, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]);
+    let pixels = image(at_ms(0), "7", "rgb8", 12, &[9; 36]);
+    bag.message(&format!("{color}/tf/{color_reference}"), "geometry_msgs/Transform", 1, &transform(5.0));
+    bag.message("/device_0/sensor_2/Gyro_0/tf/0", "geometry_msgs/Transform", 1, &transform(8.0));
+    bag.message(&format!("{color}/info/camera_info"), INFO, 1, &camera_info(0, ""));
+    bag.message(&format!("{color}/image/data"), IMAGE, at_ms(0), &pixels);
+    bag.message(&format!("{depth}/info/camera_info"), INFO, 1, &camera_info(0, ""));
+    bag.message(&format!("{depth}/image/data"), IMAGE, at_ms(0), &depth_image(at_ms(0), "7", 700));
+    bag.message(&format!("{depth}/tf/0"), "geometry_msgs/Transform", 1, &transform(1.0));
+    bag.finish()
+}
+
+#[test]
+fn the_sdks_transforms_meet_in_their_reference() {
+    let (frames, _) = read(&sdk_bag("0"), &Config::default()).unwrap();
+    assert_eq!(frames[0].depth.frame_id, "depth_0_optical_frame");
+    assert_eq!(frames[0].color_from_depth.unwrap().translation_m, DVec3::new(4.0, 0.0, 0.0));
+    let (frames, report) = read(&sdk_bag("1"), &Config::default()).unwrap();
+    assert_eq!(frames[0].color_from_depth, None, "two references are not linked");
+    assert!(
+        noted(&report, "no transform from `depth_0_optical_frame` to `color_0_optical_frame`"),
+        "{report:?}"
+    );
+}
+
 #[test]
 fn a_unit_of_depth_that_is_not_the_recordings_is_told() {
     let Some(path) = data_dir("rgbd/librealsense-d435-bag/single_depth_color_640x480.bag") else { return };
