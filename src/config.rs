@@ -6,6 +6,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Result};
 
+/// Every parameter with its default, commented, as YAML.
+pub const EXAMPLE: &str = include_str!("../testdata/config/limpid.yaml");
+
 /// How depth becomes evidence (spec 1 §4).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "lowercase")]
@@ -51,7 +54,7 @@ pub struct Config {
     pub color_info_topic: String,
     /// Confidence image topic (mono8 0..255 or 32FC1 0..1 on the depth grid); empty: none.
     pub confidence_topic: String,
-    /// Depth image (16-bit PNG) of a folder with a still pair; empty: the folder is none.
+    /// Depth image (16-bit PNG or EXR) of a folder with a still pair; empty: the folder is none.
     pub depth_file: String,
     /// Colour image (JPEG or PNG) of a still pair, aligned to depth; empty: none.
     pub color_file: String,
