@@ -36,13 +36,29 @@ def points(frame):
     return np.stack([(u - cx) / fx * d, (v - cy) / fy * d, d], 1) @ rotation.T + origin
 
 
+RAYS = {}
+
+
+def rays(shape, camera):
+    if (shape, camera) not in RAYS:
+        fx, fy, cx, cy = camera
+        v, u = np.mgrid[: shape[0], : shape[1]].astype(np.float32)
+        RAYS[shape, camera] = np.stack([(u - cx) / fx, (v - cy) / fy, np.ones_like(u)]).reshape(3, -1)
+    return RAYS[shape, camera]
+
+
 def counts(frame):
-    p = points(frame)
-    origin = (np.floor(frame[3][:2] / CELL) - SIDE // 2) * CELL
-    near = np.hypot(*(p[:, :2] - frame[3][:2]).T) <= RANGE
-    p = p[near & (p[:, 2] >= BAND[0]) & (p[:, 2] <= BAND[1])]
-    cell = np.floor((p[:, :2] - origin) / CELL).astype(np.int64)
-    return np.bincount(cell[:, 1] * SIDE + cell[:, 0], minlength=SIDE * SIDE)
+    depth, camera, rotation, origin = frame
+    d = depth.ravel()
+    x, y, z = rotation.astype(np.float32) @ rays(depth.shape, camera) * d
+    z += np.float32(origin[2])
+    hit = (d >= 0.17) & (d <= RANGE) & (z >= BAND[0]) & (z <= BAND[1])
+    x, y = x[hit], y[hit]
+    near = x * x + y * y <= RANGE * RANGE
+    corner = origin[:2] - (np.floor(origin[:2] / CELL) - SIDE // 2) * CELL
+    column = ((x[near] + np.float32(corner[0])) / CELL).astype(np.int32)
+    row = ((y[near] + np.float32(corner[1])) / CELL).astype(np.int32)
+    return np.bincount(row * SIDE + column, minlength=SIDE * SIDE)
 
 
 def costs(frame):
