@@ -13,7 +13,7 @@ struct BackProjectParams {
     height_max_m: f32,
     tau: f32,
     weight_scale: f32,                  // fixed-point one
-    distorted: u32,                     // 1: rays come from the table, 0: from the pinhole
+    pad: u32,
     focal_px: vec2<f32>,
     centre_px: vec2<f32>,
     groups: u32,                        // workgroups, and those a column of them has
@@ -24,7 +24,7 @@ struct AtomicCellHits {
     count: atomic<u32>,
     weight: atomic<u32>,
     top: atomic<u32>,
-    floor: atomic<u32>,
+    unused: u32,
 }
 
 @group(0) @binding(0) var<uniform> back_project_params: BackProjectParams;
@@ -33,40 +33,91 @@ struct AtomicCellHits {
 @group(0) @binding(3) var<storage, read> rays: array<vec2<f32>>;
 @group(0) @binding(4) var<storage, read_write> cell_hits: array<AtomicCellHits>;
 @group(0) @binding(5) var<storage, read_write> strip_counts: array<u32>;
-@group(0) @binding(6) var<storage, read_write> far_strips: array<f32>;
+@group(0) @binding(6) var<storage, read_write> strip_far_m: array<f32>;
 
-// Neighbours along a column mostly end in the same cell, so an invocation walks down a strip of one
-// and pays for atomics only where the cell changes. On its way it keeps the farthest trusted depth of
-// every TILE pixels for see_through.
+// Neighbours along a column mostly end in the same cell, so an invocation walks down a strip of one, four
+// pixels at a time, and pays for atomics only where the cell changes. On its way it keeps the farthest
+// trusted depth of every TILE pixels for see_through.
 const STRIP = 2u * TILE;
 const GROUP = 64u;
 const NO_CELL = 0xffffffffu;
 
+// Whether rays come from the table (a lens with distortion), else from the pinhole.
+override distorted: bool = true;
+
 // Rays outside the lens model's field are stored this large.
 const NO_RAY = 1.0e6;
 
-var<private> run_cell: u32 = NO_CELL;
-var<private> run_hits: CellHits;
+// Four pixels down a column: the cell each ends in (NO_CELL: none), its weight and its height in steps.
+struct Four {
+    cells: vec4<u32>,
+    weights: vec4<u32>,
+    tops: vec4<u32>,
+}
 
-fn flush() {
-    if run_cell != NO_CELL {
-        if run_hits.count > 0u {
-            atomicAdd(&cell_hits[run_cell].count, run_hits.count);
-            atomicAdd(&cell_hits[run_cell].weight, run_hits.weight);
-            atomicMax(&cell_hits[run_cell].top, run_hits.top);
-        }
-        if run_hits.floor > 0u {
-            atomicStore(&cell_hits[run_cell].floor, 1u);
-        }
+// What one strip has put into one cell so far.
+struct Run {
+    cell: u32,
+    count: u32,
+    weight: u32,
+    top: u32,
+}
+
+fn flush(run: Run) {
+    if run.cell == NO_CELL {
+        return;
     }
-    run_hits = CellHits(0u, 0u, 0u, 0u);
+    atomicMax(&cell_hits[run.cell].top, run.top);
+    if run.count > 0u {
+        atomicAdd(&cell_hits[run.cell].count, run.count);
+    }
+    if weighted && run.weight > 0u {
+        atomicAdd(&cell_hits[run.cell].weight, run.weight);
+    }
+}
+
+fn absorb(run: Run, four: Four, mine: vec4<bool>) -> Run {
+    let tops = select(vec4(0u), four.tops, mine);
+    let hits = select(vec4(0u), vec4(1u), tops > vec4(FLOOR));
+    let weights = four.weights * hits;
+    return Run(
+        run.cell,
+        run.count + hits.x + hits.y + hits.z + hits.w,
+        run.weight + weights.x + weights.y + weights.z + weights.w,
+        max(max(max(run.top, tops.x), max(tops.y, tops.z)), tops.w),
+    );
+}
+
+// Adds four pixels to the run, closing it and opening another as often as the cell changes.
+fn extend(before: Run, four: Four) -> Run {
+    var run = before;
+    var open = four.cells != vec4(NO_CELL);
+    loop {
+        let mine = open & (four.cells == vec4(run.cell));
+        run = absorb(run, four, mine);
+        open = open & !mine;
+        if !any(open) {
+            break;
+        }
+        flush(run);
+        let rest = select(vec4(NO_CELL), four.cells, open);
+        run = Run(min(min(rest.x, rest.y), min(rest.z, rest.w)), 0u, 0u, 0u);
+    }
+    return run;
 }
 
 fn ray_of(pixel: u32, u: u32, v: u32) -> vec2<f32> {
-    if back_project_params.distorted == 1u {
+    if distorted {
         return rays[pixel];
     }
     return (vec2(f32(u), f32(v)) - back_project_params.centre_px) / back_project_params.focal_px;
+}
+
+fn weight_of(pixel: u32, depth: f32) -> f32 {
+    if weighted {
+        return reliability[pixel];
+    }
+    return select(0.0, 1.0, depth > 0.0);
 }
 
 fn in_window(ray: vec2<f32>, depth: f32) -> vec3<f32> {
@@ -96,60 +147,51 @@ fn strip_of(group: u32, lane: u32) -> vec2<u32> {
     return vec2(block / back_project_params.groups_y * GROUP + lane, block % back_project_params.groups_y);
 }
 
-// Adds a trusted pixel to the run of its cell; whether it is a hit.
-fn mark(point: vec3<f32>, weight: f32) -> bool {
+// Where a trusted pixel's point counts: cell, weight, and height in steps (FLOOR for a floor point).
+fn place(point: vec3<f32>, weight: f32) -> vec3<u32> {
     let above_min = point.z - back_project_params.height_min_m;
     let is_hit = above_min >= 0.0 && point.z <= back_project_params.height_max_m;
     let is_floor = abs(point.z) < back_project_params.height_min_m;
-    let cell = cell_of(point);
-    if cell == NO_CELL || !(is_hit || is_floor) {
-        return false;
-    }
-    if cell != run_cell {
-        flush();
-        run_cell = cell;
-    }
-    if is_hit {
-        run_hits.count++;
-        run_hits.weight += u32(weight * back_project_params.weight_scale + 0.5);
-        run_hits.top = max(run_hits.top, height_to_steps(above_min));
-    } else {
-        run_hits.floor = 1u;
-    }
-    return is_hit;
+    let top = select(FLOOR, height_to_steps(above_min), is_hit);
+    let cell = select(NO_CELL, cell_of(point), is_hit || is_floor);
+    return vec3(cell, u32(weight * back_project_params.weight_scale + 0.5), top);
 }
 
 @compute @workgroup_size(GROUP)
 fn back_project(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
     let width = back_project_params.width;
+    let height = back_project_params.height;
     let strip = strip_of(group.x, lane);
     if group.x >= back_project_params.groups || strip.x >= width {
         return;
     }
-    var valid = 0u;
-    var low = 0u;
-    var hits = 0u;
-    var far = 0.0;
-    let end = min((strip.y + 1u) * STRIP, back_project_params.height);
-    for (var v = strip.y * STRIP; v < end; v++) {
-        let pixel = v * width + strip.x;
-        let depth = depth_m[pixel];
-        let weight = reliability[pixel];
-        let trusted = weight > back_project_params.tau;
-        valid += select(0u, 1u, depth > 0.0);
-        low += select(1u, 0u, trusted);
-        if trusted && depth > 0.0 {
-            far = max(far, depth);
-            let ray = ray_of(pixel, strip.x, v);
-            if ray.x < NO_RAY && mark(in_window(ray, depth), weight) {
-                hits++;
+    var counts = vec3(0u);      // valid, low reliability, hits
+    var run = Run(NO_CELL, 0u, 0u, 0u);
+    for (var tile = 2u * strip.y; tile < 2u * strip.y + 2u && tile * TILE < height; tile++) {
+        var far = 0.0;
+        for (var v = tile * TILE; v < (tile + 1u) * TILE; v += 4u) {
+            var four: Four;
+            for (var i = 0u; i < 4u; i++) {
+                let inside = v + i < height;
+                let pixel = min(v + i, height - 1u) * width + strip.x;
+                let depth = depth_m[pixel];
+                let weight = weight_of(pixel, depth);
+                let ray = ray_of(pixel, strip.x, v + i);
+                let trusted = weight > back_project_params.tau;
+                let usable = inside && trusted && depth > 0.0;
+                let at = place(in_window(ray, depth), weight);
+                let marks = usable && ray.x < NO_RAY && at.x != NO_CELL;
+                four.cells[i] = select(NO_CELL, at.x, marks);
+                four.weights[i] = at.y;
+                four.tops[i] = at.z;
+                far = max(far, select(0.0, depth, usable));
+                let seen = vec3(depth > 0.0, !trusted, marks && at.z > FLOOR);
+                counts += select(vec3(0u), vec3(1u), seen & vec3(inside));
             }
+            run = extend(run, four);
         }
-        if (v + 1u) % TILE == 0u || v + 1u == end {
-            far_strips[v / TILE * width + strip.x] = far;
-            far = 0.0;
-        }
+        strip_far_m[tile * width + strip.x] = far;
     }
-    flush();
-    strip_counts[strip.y * width + strip.x] = pack_counts(valid, low, hits);
+    flush(run);
+    strip_counts[strip.y * width + strip.x] = pack_counts(counts.x, counts.y, counts.z);
 }

@@ -14,18 +14,18 @@ struct MoveWindowParams {
 @group(0) @binding(2) var<storage, read_write> cell_hits: array<vec4<u32>>;
 @group(0) @binding(3) var<storage, read_write> counters: array<u32>;
 
-@compute @workgroup_size(64)
+@compute @workgroup_size(16, 4)
 fn move_window(@builtin(global_invocation_id) id: vec3<u32>) {
     let side = move_window_params.side;
-    if id.x < COUNTERS {
-        counters[id.x] = 0u;
+    let x = id.x;
+    let y = id.y;
+    if x < COUNTERS && y == 0u {
+        counters[x] = 0u;
     }
-    if id.x >= side * side {
+    if x >= side || y >= side {
         return;
     }
-    cell_hits[id.x] = vec4(0u);
-    let x = id.x % side;
-    let y = id.x / side;
+    cell_hits[y * side + x] = vec4(0u);
     let old_x = i32(x) + move_window_params.shift_x;
     let old_y = i32(y) + move_window_params.shift_y;
     let stayed = old_x >= 0 && old_y >= 0 && old_x < i32(side) && old_y < i32(side);

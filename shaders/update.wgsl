@@ -16,7 +16,7 @@ struct UpdateParams {
 }
 
 @group(0) @binding(0) var<uniform> update_params: UpdateParams;
-@group(0) @binding(1) var<storage, read> cell_hits: array<vec4<u32>>;
+@group(0) @binding(1) var<storage, read> cell_hits: array<CellHits>;
 @group(0) @binding(2) var<storage, read> seen_through: array<u32>;
 @group(0) @binding(3) var<storage, read_write> cells: array<vec4<u32>>;
 @group(0) @binding(4) var<storage, read_write> evidence: array<f32>;
@@ -26,7 +26,7 @@ struct UpdateParams {
 const UNSEEN = -1.0;
 
 // e of the spec: mean weight of the hits, 0 where seen through, UNSEEN where nothing may be said.
-fn evidence_of(hits: CellHits, hit: bool, seen: bool, history: u32) -> f32 {
+fn evidence_of(i: u32, count: u32, hit: bool, seen: bool, history: u32) -> f32 {
     if !hit {
         return select(UNSEEN, 0.0, seen);
     }
@@ -34,7 +34,10 @@ fn evidence_of(hits: CellHits, hit: bool, seen: bool, history: u32) -> f32 {
     if countOneBits(recent) < update_params.temporal_hits {
         return UNSEEN;
     }
-    return f32(hits.weight) / (f32(hits.count) * update_params.weight_scale);
+    if !weighted {
+        return 1.0;
+    }
+    return f32(cell_hits[i].weight) / (f32(count) * update_params.weight_scale);
 }
 
 // Occupied from occupied_threshold up and until below free_threshold; free only by being seen through.
@@ -51,17 +54,17 @@ fn next_state(old: u32, p: f32, confirmed: bool, seen: bool) -> u32 {
     return select(old, UNKNOWN, old == OCCUPIED);
 }
 
-@compute @workgroup_size(64)
+@compute @workgroup_size(16, 4)
 fn update(@builtin(global_invocation_id) id: vec3<u32>) {
     let side = update_params.side;
-    let i = id.x;
-    if i >= side * side {
+    if id.x >= side || id.y >= side {
         return;
     }
-    let slot = slot_of(i % side, i / side, update_params.origin_slot_x, update_params.origin_slot_y, side);
-    let hits = to_hits(cell_hits[i]);
+    let i = id.y * side + id.x;
+    let slot = slot_of(id.x, id.y, update_params.origin_slot_x, update_params.origin_slot_y, side);
+    let count = cell_hits[i].count;
     var cell = to_cell(cells[slot]);
-    let hit = hits.count >= update_params.min_hits;
+    let hit = count >= update_params.min_hits;
     let seen = !hit && seen_through[i] == 1u;
     var run = cell.state >> 8u;
     var now = cell.state & 3u;
@@ -69,14 +72,14 @@ fn update(@builtin(global_invocation_id) id: vec3<u32>) {
     if hit || seen {
         cell.history = (cell.history << 1u) | select(0u, 1u, hit);
         run = select(0u, min(run + 1u, 255u), hit);
-        e = evidence_of(hits, hit, seen, cell.history);
+        e = evidence_of(i, count, hit, seen, cell.history);
     }
     if e >= 0.0 {
         cell.occupancy = update_params.lambda * cell.occupancy + (1.0 - update_params.lambda) * e;
         now = next_state(now, cell.occupancy, run >= update_params.confirmations, seen);
     }
     if hit || seen {
-        cell.top = select(max(cell.top, hits.top), select(cell.top, 0u, now == FREE), seen);
+        cell.top = select(max(cell.top, cell_hits[i].top), select(cell.top, 0u, now == FREE), seen);
         cell.state = now | (run << 8u);
         cells[slot] = from_cell(cell);
     }

@@ -6,6 +6,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Result};
 
+/// Every parameter with its default, commented, as YAML.
+pub const EXAMPLE: &str = include_str!("../testdata/config/limpid.yaml");
+
 /// How depth becomes evidence (spec 1 §4).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "lowercase")]

@@ -1,5 +1,4 @@
-//! limpid turns RGB-D frames into a navigation costmap that can be trusted around glare,
-//! with WGSL compute shaders on any GPU that wgpu reaches.
+#![doc = include_str!("../README.md")]
 
 pub mod bench;
 pub mod camera;

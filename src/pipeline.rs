@@ -7,7 +7,7 @@ use crate::error::{Error, Result};
 use crate::frame::{FrameOutput, Options};
 use crate::gpu::frame::FRAMES_IN_FLIGHT;
 use crate::gpu::{Context, Executor, Plan};
-use crate::receive::{Pending, check_fit, output, seconds_between};
+use crate::receive::{Pending, check_fit, check_recalibration, output, seconds_between};
 use crate::recording::RgbdFrame;
 use crate::stage::{Job, Moment, Stage, Window};
 use crate::stage::{back_project, inflate, ingest, move_window, register_color, see_through};
@@ -91,6 +91,7 @@ impl Pipeline {
             || Error::Input { what: "pose".into(), reason: "no transform from map to camera".into() };
         let pose = frame.pose.ok_or_else(missing)?;
         if frame.depth.camera != self.job.depth {
+            check_recalibration(&self.job, frame)?;
             self.recalibrate(frame)?;
         }
         let base = pose.map_from_base.translation_m;

@@ -2,7 +2,7 @@
 
 use bytemuck::pod_read_unaligned;
 
-use crate::camera::CameraModel;
+use crate::camera::{CameraModel, Distortion};
 use crate::error::{Error, Result};
 use crate::frame::{Counters, FrameImages, FrameLayers, FrameOutput, Grid, Options};
 use crate::gpu::{Executor, Readback};
@@ -57,6 +57,19 @@ pub(crate) fn check_fit(job: &Job, frame: &RgbdFrame) -> Result<()> {
         }
     }
     Ok(())
+}
+
+/// Passes are compiled for a lens with distortion or without, so a new calibration may not change that.
+///
+/// # Errors
+/// [`Error::Input`].
+pub(crate) fn check_recalibration(job: &Job, frame: &RgbdFrame) -> Result<()> {
+    let distorted = |camera: &CameraModel| camera.distortion != Distortion::None;
+    if distorted(&job.depth) == distorted(&frame.depth.camera) {
+        return Ok(());
+    }
+    let reason = "lens distortion appears or vanishes within the recording".into();
+    Err(Error::Input { what: "depth calibration".into(), reason })
 }
 
 /// What is remembered of a frame while it is under way.

@@ -3,6 +3,7 @@
 #![allow(clippy::cast_possible_truncation, reason = "test data are small and known")]
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on must fail")]
 
+mod config;
 mod read;
 mod stage;
 mod support;

@@ -3,7 +3,7 @@ const UNKNOWN = 0u;
 const FREE = 1u;
 const OCCUPIED = 2u;
 
-// Both are stored as vec4<u32>, which loads and stores in one go.
+// It is stored as vec4<u32>, which loads and stores in one go.
 struct Cell {
     occupancy: f32,     // p
     state: u32,         // UNKNOWN, FREE or OCCUPIED in bits 0-1; consecutive hits in bits 8-15
@@ -22,8 +22,8 @@ fn see_state(word: u32) -> u32 {
 struct CellHits {
     count: u32,         // pixels that ended in the cell inside the height band
     weight: u32,        // sum of their weights, fixed point
-    top: u32,           // highest of them, in steps above height_min
-    floor: u32,         // 1 where a trusted floor point lies in the cell
+    top: u32,           // highest of them, in steps above height_min; FLOOR where only the floor was met
+    unused: u32,
 }
 
 fn to_cell(v: vec4<u32>) -> Cell {
@@ -34,22 +34,21 @@ fn from_cell(cell: Cell) -> vec4<u32> {
     return vec4(bitcast<u32>(cell.occupancy), cell.state, cell.history, cell.top);
 }
 
-fn to_hits(v: vec4<u32>) -> CellHits {
-    return CellHits(v.x, v.y, v.z, v.w);
-}
-
-// Fixed-point scale of heights: 1/65536 m, 0 is kept for "none".
+// Fixed-point scale of heights: 1/65536 m. 0 is kept for "none", FLOOR for a trusted floor point.
+const FLOOR = 1u;
 const HEIGHT_STEPS_PER_M = 65536.0;
 
 fn height_to_steps(height_above_min_m: f32) -> u32 {
-    return u32(clamp(height_above_min_m * HEIGHT_STEPS_PER_M, 0.0, 4.0e9)) + 1u;
+    return u32(clamp(height_above_min_m * HEIGHT_STEPS_PER_M, 0.0, 4.0e9)) + FLOOR + 1u;
 }
 
 fn steps_to_height(steps: u32) -> f32 {
-    return f32(steps - 1u) / HEIGHT_STEPS_PER_M;
+    return f32(steps - FLOOR - 1u) / HEIGHT_STEPS_PER_M;
 }
 
 // Where window cell (x, y) lies in the ring buffer of kept cells.
 fn slot_of(x: u32, y: u32, origin_slot_x: u32, origin_slot_y: u32, side: u32) -> u32 {
-    return ((y + origin_slot_y) % side) * side + (x + origin_slot_x) % side;
+    let sx = x + origin_slot_x;
+    let sy = y + origin_slot_y;
+    return select(sy, sy - side, sy >= side) * side + select(sx, sx - side, sx >= side);
 }

@@ -3,7 +3,7 @@
 //
 // The vertical through a cell's centre is a line in the image. A pixel on that line looks through the
 // cell at a known height; it sees through it when its depth lies behind the cell's far edge. Where even
-// the deepest pixel around (`far_tiles`) does not reach that far, the pixels need not be looked at.
+// the deepest pixel around (`around_far_m`) does not reach that far, the pixels need not be looked at.
 struct SeeThroughGatherParams {
     camera_from_window_x: vec4<f32>,    // rows of the transform
     camera_from_window_y: vec4<f32>,
@@ -35,8 +35,8 @@ struct SeeThroughGatherParams {
 @group(0) @binding(1) var<storage, read> depth_m: array<f32>;
 @group(0) @binding(2) var<storage, read> reliability: array<f32>;
 @group(0) @binding(3) var<storage, read> cells: array<vec4<u32>>;
-@group(0) @binding(4) var<storage, read> cell_hits: array<vec4<u32>>;
-@group(0) @binding(5) var<storage, read> far_tiles: array<f32>;
+@group(0) @binding(4) var<storage, read> cell_hits: array<CellHits>;
+@group(0) @binding(5) var<storage, read> around_far_m: array<f32>;
 @group(0) @binding(6) var<storage, read_write> seen_through: array<u32>;
 
 const NEAR_M = 0.05;
@@ -116,31 +116,44 @@ fn ray_passes(stretch: Stretch, s: f32, behind: f32) -> bool {
         return false;
     }
     let pixel = u32(p.y) * see_through_gather_params.width + u32(p.x);
-    let inverse_z = mix(stretch.inverse_z.x, stretch.inverse_z.y, s);
-    return depth_m[pixel] * inverse_z > behind && reliability[pixel] > see_through_gather_params.tau;
+    if weighted && reliability[pixel] <= see_through_gather_params.tau {
+        return false;
+    }
+    return depth_m[pixel] * mix(stretch.inverse_z.x, stretch.inverse_z.y, s) > behind;
 }
 
 // Whether any trusted pixel within a tile's side of the stretch at s can look that far.
 fn may_pass(stretch: Stretch, s: f32, inverse_z: f32, behind: f32) -> bool {
     let last = vec2(f32(see_through_gather_params.width - 1u), f32(see_through_gather_params.height - 1u));
     let p = vec2<u32>(clamp(pixel_of(mix(stretch.from_ray, stretch.to_ray, s)), vec2(0.0), last)) / TILE;
-    return far_tiles[p.y * see_through_gather_params.tiles_x + p.x] * inverse_z > behind;
+    return around_far_m[p.y * see_through_gather_params.tiles_x + p.x] * inverse_z > behind;
 }
 
-// Walks the stretch, RUN pixels at a time.
-fn any_ray_passes(stretch: Stretch, behind: f32) -> bool {
-    for (var first = 0.0; first < stretch.samples; first += RUN) {
-        let end = min(first + RUN, stretch.samples);
-        let middle = 0.5 * (first + end) / stretch.samples;
-        let ends = mix(vec2(stretch.inverse_z.x), vec2(stretch.inverse_z.y), vec2(first, end) / stretch.samples);
-        if !may_pass(stretch, middle, max(ends.x, ends.y), behind) {
-            continue;
+// Walks the stretch from pixel `first` in runs of RUN pixels to one whose surroundings reach far enough.
+fn next_run(stretch: Stretch, first: f32, behind: f32) -> f32 {
+    var at = first;
+    while at < stretch.samples {
+        let s = (vec2(at, min(at + RUN, stretch.samples))) / stretch.samples;
+        let inverse_z = mix(vec2(stretch.inverse_z.x), vec2(stretch.inverse_z.y), s);
+        if may_pass(stretch, 0.5 * (s.x + s.y), max(inverse_z.x, inverse_z.y), behind) {
+            break;
         }
-        for (var i = first; i < end; i += 1.0) {
+        at += RUN;
+    }
+    return at;
+}
+
+// Whether some pixel along the stretch looks past `behind` times its own depth there.
+fn any_ray_passes(stretch: Stretch, behind: f32) -> bool {
+    var run = next_run(stretch, 0.0, behind);
+    while run < stretch.samples {
+        let end = min(run + RUN, stretch.samples);
+        for (var i = run; i < end; i += 1.0) {
             if ray_passes(stretch, (i + 0.5) / stretch.samples, behind) {
                 return true;
             }
         }
+        run = next_run(stretch, end, behind);
     }
     return false;
 }
@@ -162,15 +175,15 @@ fn gather(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let cell = id.y * side + id.x;
-    let hits = to_hits(cell_hits[cell]);
-    var seen = hits.floor;
     let centre = (vec2<f32>(id.xy) + 0.5) * see_through_gather_params.resolution_m;
     let offset = centre - see_through_gather_params.camera_xy_m;
     let range = length(offset);
-    if hits.count >= see_through_gather_params.min_hits || range > see_through_gather_params.mark_range_m {
+    let is_hit = cell_hits[cell].count >= see_through_gather_params.min_hits;
+    if is_hit || range > see_through_gather_params.mark_range_m {
         seen_through[cell] = 0u;
         return;
     }
+    var seen = select(0u, 1u, cell_hits[cell].top == FLOOR);
     // Distance from the centre to the cell's far edge along the ray.
     let reach = 0.5 * see_through_gather_params.resolution_m * range / max(max(abs(offset.x), abs(offset.y)), 1.0e-6);
     if seen == 0u && range > reach {

@@ -1,6 +1,7 @@
 //! The verbs of the command line, a file each.
 
 mod bench;
+mod config;
 mod demo;
 mod info;
 mod profile;
@@ -29,6 +30,8 @@ enum Verb {
     Demo(demo::DemoArguments),
     /// List GPU adapters, and which would be used and why
     Info(info::InfoArguments),
+    /// Print every parameter with its default, as a file to start from
+    Config,
     /// Measure time per pass and per frame
     Bench(bench::BenchArguments),
     /// Write a trace of frames and passes that Perfetto (ui.perfetto.dev) opens
@@ -38,7 +41,7 @@ enum Verb {
 /// What every verb that runs frames takes.
 #[derive(Debug, Args)]
 struct Common {
-    /// Parameters in YAML; `limpid.yaml` in the repository explains every key
+    /// Parameters in YAML; `limpid config` prints them all
     #[arg(short, long, value_name = "FILE")]
     config: Option<PathBuf>,
     /// How depth becomes evidence, in place of the configuration's method
@@ -63,6 +66,10 @@ pub(crate) fn execute(arguments: Arguments) -> Result<()> {
         Verb::Run(arguments) => run::execute(&arguments),
         Verb::Demo(arguments) => demo::execute(&arguments),
         Verb::Info(arguments) => info::execute(&arguments),
+        Verb::Config => {
+            config::execute();
+            Ok(())
+        }
         Verb::Bench(arguments) => bench::execute(&arguments),
         Verb::Profile(arguments) => profile::execute(&arguments),
     }

@@ -418,8 +418,8 @@ fn compile(
         module: &module,
         entry_point: Some(&step.shader.entry_point),
         compilation_options: wgpu::PipelineCompilationOptions {
+            constants: &step.constants,
             zero_initialize_workgroup_memory: false,
-            ..Default::default()
         },
         cache: store.cache(),
     });

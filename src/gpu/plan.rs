@@ -63,6 +63,8 @@ pub struct Step {
     pub workgroups: [u32; 3],
     /// Buffer of each of the shader's bindings, in their order.
     pub buffers: Vec<BufferId>,
+    /// Values of the shader's `override` constants.
+    pub constants: Vec<(&'static str, f64)>,
 }
 
 impl Step {
@@ -197,7 +199,22 @@ impl Plan {
         if workgroups.contains(&0) {
             return Err(plan_error(shader.name, "has nothing to do: an extent is 0"));
         }
-        self.steps.push(Step { shader, workgroups, buffers });
+        self.steps.push(Step { shader, workgroups, buffers, constants: Vec::new() });
+        Ok(())
+    }
+
+    /// Sets `override` constants of the step appended last.
+    ///
+    /// # Errors
+    /// [`Error::Plan`] where there is no step or its shader has no such constant.
+    pub fn with(&mut self, constants: &[(&'static str, bool)]) -> Result<()> {
+        let step = self.steps.last_mut().ok_or_else(|| plan_error("with", "needs a step before it"))?;
+        for (name, value) in constants {
+            if !step.shader.overrides.iter().any(|known| known == name) {
+                return Err(plan_error(step.shader.name, &format!("has no override `{name}`")));
+            }
+            step.constants.push((name, f64::from(u8::from(*value))));
+        }
         Ok(())
     }
 

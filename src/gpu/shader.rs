@@ -68,6 +68,8 @@ pub struct Shader {
     pub workgroup_size: [u32; 3],
     /// Buffers, in order of their slots.
     pub bindings: Vec<Binding>,
+    /// Names of its `override` constants.
+    pub overrides: Vec<String>,
 }
 
 /// A parameter struct shared with WGSL: same name, same field names, same offsets.
@@ -131,6 +133,7 @@ impl Shader {
             workgroup_size: entry.workgroup_size,
             source: text,
             bindings,
+            overrides: module.overrides.iter().filter_map(|(_, o)| o.name.clone()).collect(),
         })
     }
 }

@@ -17,6 +17,7 @@ pub const BACK_PROJECT: ShaderSource = ShaderSource {
         include_str!("../../shaders/lib/cell.wgsl"),
         include_str!("../../shaders/lib/counters.wgsl"),
         include_str!("../../shaders/lib/tile.wgsl"),
+        include_str!("../../shaders/lib/weight.wgsl"),
         include_str!("../../shaders/back_project.wgsl"),
     ],
 };
@@ -57,8 +58,8 @@ crate::params! {
         pub tau: f32,
         /// Fixed-point one of weights.
         pub weight_scale: f32,
-        /// 1: rays come from the table; 0: from the pinhole.
-        pub distorted: u32,
+        /// Unused.
+        pub pad: u32,
         /// Focal lengths.
         pub focal_px: Vec2,
         /// Principal point.
@@ -96,10 +97,11 @@ impl Stage for BackProject {
         plan.uniform::<BackProjectParams>("back_project_params")?;
         plan.scratch("strip_counts", u64::from(job.strips()) * 4)?;
         let tiles_y = u64::from(job.depth.height.div_ceil(TILE));
-        plan.scratch("far_strips", u64::from(job.depth.width) * tiles_y * 4)?;
+        plan.scratch("strip_far_m", u64::from(job.depth.width) * tiles_y * 4)?;
         let [groups_x, groups_y] = groups(&job.depth);
         let invocations = Invocations::line(groups_x * groups_y * GROUP);
-        plan.step(BACK_PROJECT, invocations, &[("depth_m", job.depth_buffer())])
+        plan.step(BACK_PROJECT, invocations, &[("depth_m", job.depth_buffer())])?;
+        plan.with(&[("distorted", job.depth.distortion != Distortion::None), ("weighted", job.weighted())])
     }
 
     fn write(&self, moment: &Moment<'_>, input: &mut FrameInput<'_>) -> Result<()> {
@@ -120,7 +122,7 @@ impl Stage for BackProject {
             height_max_m: single(config.height_max_m),
             tau: single(config.tau),
             weight_scale: job.weight_scale(),
-            distorted: u32::from(job.depth.distortion != Distortion::None),
+            pad: 0,
             focal_px,
             centre_px,
             groups: groups_x * groups_y,

@@ -48,6 +48,11 @@ impl Job {
         self.depth.width * self.depth.height
     }
 
+    /// Whether pixels carry weights of their own.
+    pub fn weighted(&self) -> bool {
+        self.confidence
+    }
+
     /// The buffer that back-projection and clearing take their depth from.
     pub fn depth_buffer(&self) -> &'static str {
         if self.config.method == Method::Median { "depth_median_m" } else { "depth_m" }

@@ -46,7 +46,7 @@ impl Stage for MoveWindow {
         plan.state("cells", job.grid_bytes(16))?;
         plan.scratch("cell_hits", job.grid_bytes(16))?;
         plan.scratch("counters", COUNTERS * 4)?;
-        plan.step(MOVE_WINDOW, Invocations::line(job.side() * job.side()), &[])
+        plan.step(MOVE_WINDOW, Invocations::area(job.side(), job.side()), &[])
     }
 
     fn write(&self, moment: &Moment<'_>, input: &mut FrameInput<'_>) -> Result<()> {

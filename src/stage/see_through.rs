@@ -8,13 +8,19 @@ use crate::gpu::frame::FrameInput;
 use crate::gpu::{Invocations, Plan, ShaderSource};
 use crate::stage::{Job, Moment, Stage, rows, single};
 
-/// Farthest depths in and around tiles.
+/// Farthest depths in tiles.
 pub const TILES: ShaderSource = ShaderSource {
     name: "see_through/tiles",
     parts: &[
         include_str!("../../shaders/lib/tile.wgsl"),
         include_str!("../../shaders/see_through/tiles.wgsl"),
     ],
+};
+
+/// Farthest depths in and around tiles.
+pub const AROUND: ShaderSource = ShaderSource {
+    name: "see_through/around",
+    parts: &[include_str!("../../shaders/see_through/around.wgsl")],
 };
 
 /// Seen-through cells.
@@ -24,6 +30,7 @@ pub const GATHER: ShaderSource = ShaderSource {
         include_str!("../../shaders/lib/cell.wgsl"),
         include_str!("../../shaders/lib/lens.wgsl"),
         include_str!("../../shaders/lib/tile.wgsl"),
+        include_str!("../../shaders/lib/weight.wgsl"),
         include_str!("../../shaders/see_through/gather.wgsl"),
     ],
 };
@@ -42,6 +49,16 @@ crate::params! {
         pub tiles_y: u32,
         /// Unused.
         pub pad: u32,
+    }
+}
+
+crate::params! {
+    /// Parameters of `see_through/around`.
+    pub struct SeeThroughAroundParams {
+        /// Tiles across.
+        pub tiles_x: u32,
+        /// Tiles down.
+        pub tiles_y: u32,
     }
 }
 
@@ -147,11 +164,16 @@ impl Stage for SeeThrough {
         let [tiles_x, tiles_y] = tiles(&job.depth);
         plan.uniform::<SeeThroughTilesParams>("see_through_tiles_params")?;
         plan.uniform::<SeeThroughGatherParams>("see_through_gather_params")?;
-        plan.scratch("far_tiles", u64::from(tiles_x) * u64::from(tiles_y) * 4)?;
+        plan.uniform::<SeeThroughAroundParams>("see_through_around_params")?;
+        for tiles in ["tile_far_m", "around_far_m"] {
+            plan.scratch(tiles, u64::from(tiles_x) * u64::from(tiles_y) * 4)?;
+        }
         plan.scratch("seen_through", job.grid_bytes(4))?;
         let depth = &[("depth_m", job.depth_buffer())];
         plan.step(TILES, Invocations::area(tiles_x, tiles_y), &[])?;
-        plan.step(GATHER, Invocations::area(job.side(), job.side()), depth)
+        plan.step(AROUND, Invocations::area(tiles_x, tiles_y), &[])?;
+        plan.step(GATHER, Invocations::area(job.side(), job.side()), depth)?;
+        plan.with(&[("weighted", job.weighted())])
     }
 
     fn write(&self, moment: &Moment<'_>, input: &mut FrameInput<'_>) -> Result<()> {
@@ -187,8 +209,9 @@ impl Stage for SeeThrough {
             pad1: 0,
         };
         let [tiles_x, tiles_y] = tiles(&job.depth);
-        let around = SeeThroughTilesParams { width: job.depth.width, tiles_x, tiles_y, pad: 0 };
-        input.set("see_through_tiles_params", &around)?;
+        let in_tiles = SeeThroughTilesParams { width: job.depth.width, tiles_x, tiles_y, pad: 0 };
+        input.set("see_through_tiles_params", &in_tiles)?;
+        input.set("see_through_around_params", &SeeThroughAroundParams { tiles_x, tiles_y })?;
         input.set("see_through_gather_params", &params)
     }
 }

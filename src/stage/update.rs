@@ -11,7 +11,7 @@ pub const UPDATE: ShaderSource = ShaderSource {
     name: "update",
     parts: &[
         include_str!("../../shaders/lib/cell.wgsl"),
-        include_str!("../../shaders/lib/counters.wgsl"),
+        include_str!("../../shaders/lib/weight.wgsl"),
         include_str!("../../shaders/update.wgsl"),
     ],
 };
@@ -59,7 +59,8 @@ impl Stage for Update {
         for grid in ["evidence", "occupancy", "state"] {
             plan.product(grid, job.grid_bytes(4))?;
         }
-        plan.step(UPDATE, Invocations::line(job.side() * job.side()), &[])
+        plan.step(UPDATE, Invocations::area(job.side(), job.side()), &[])?;
+        plan.with(&[("weighted", job.weighted())])
     }
 
     fn write(&self, moment: &Moment<'_>, input: &mut FrameInput<'_>) -> Result<()> {

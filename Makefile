@@ -1,0 +1,30 @@
+# `make demo` and `make test` set up a fresh Debian or Ubuntu machine that has the Rust toolchain, nothing else.
+.PHONY: demo test check build setup
+
+CARGO ?= cargo
+SUDO := $(shell [ "$$(id -u)" = 0 ] || echo sudo)
+# Without a desktop session Mesa complains about this variable at every start.
+export XDG_RUNTIME_DIR ?= $(shell mktemp -d -t limpid-runtime-XXXXXX)
+
+build:
+	$(CARGO) build --release
+
+# A Vulkan driver where no adapter is found: Mesa's software driver, which comes with the loader.
+setup: build
+	@target/release/limpid info >/dev/null 2>&1 || { \
+		echo "no Vulkan adapter: installing mesa-vulkan-drivers"; \
+		$(SUDO) apt-get update -qq && $(SUDO) apt-get install -y -qq mesa-vulkan-drivers libvulkan1 >/dev/null; }
+	@target/release/limpid info
+
+demo: setup
+	target/release/limpid demo -o demo
+
+# The tests run in release: software adapters are slow.
+test: setup
+	$(CARGO) test --release
+
+# What a change must pass besides the tests.
+check:
+	$(CARGO) fmt --check
+	$(CARGO) clippy --release --all-targets -- -D warnings
+	RUSTDOCFLAGS="-D warnings" $(CARGO) doc --release --no-deps

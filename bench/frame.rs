@@ -1,0 +1,25 @@
+//! How long does a frame take, by method? `cargo bench --bench frame [-- RECORDING]`
+//!
+//! Prints the tables of `limpid bench` for every method, all on the same frames in one run.
+
+use std::path::PathBuf;
+
+use limpid::bench::{bench, frames};
+use limpid::config::Method;
+use limpid::frame::Options;
+use limpid::{Config, Result, recording};
+
+const SAMPLES: usize = 60;
+
+fn main() -> Result<()> {
+    let input = std::env::args().skip(1).find(|argument| !argument.starts_with("--"));
+    let input = PathBuf::from(input.unwrap_or_else(|| "testdata/room.mcap".into()));
+    let config = Config::default();
+    let frames = frames(recording::open(&input, &config)?.as_mut(), SAMPLES)?;
+    println!("{} frames of {}", frames.len(), input.display());
+    for method in [Method::Range, Method::Naive, Method::Median, Method::Temporal] {
+        let config = Config { method, ..config.clone() };
+        println!("\n{}", bench(&config, &Options::default(), &frames, SAMPLES)?.table());
+    }
+    Ok(())
+}

@@ -1,0 +1,112 @@
+//! Is memory flat over 10,000 frames? `cargo bench --bench soak [-- FRAMES]`
+//!
+//! One pipeline; the recording is opened, decoded and written out anew every 30 frames, so that readers
+//! and writers are soaked too. Fails where host memory or any GPU count grows after the first tenth.
+
+use std::path::Path;
+
+use limpid::frame::{FrameOutput, Options};
+use limpid::pipeline::Pipeline;
+use limpid::recording::write::{McapSink, Sink};
+use limpid::recording::{self, RgbdFrame};
+use limpid::{Config, Error, Result};
+
+/// Growth of resident memory that counts as flat: allocators keep some pages back.
+const FLAT_KIB: u64 = 2048;
+
+/// What must not grow.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Memory {
+    resident_kib: u64,
+    gpu_buffers: isize,
+    gpu_bytes: isize,
+    gpu_allocations: isize,
+    bind_groups: isize,
+}
+
+fn measure(pipeline: &Pipeline) -> Memory {
+    let hal = pipeline.executor().context().counters().hal;
+    let statm = std::fs::read_to_string("/proc/self/statm").unwrap_or_default();
+    let pages = statm.split(' ').nth(1).and_then(|pages| pages.parse::<u64>().ok()).unwrap_or(0);
+    Memory {
+        resident_kib: pages * 4,
+        gpu_buffers: hal.buffers.read(),
+        gpu_bytes: hal.buffer_memory.read(),
+        gpu_allocations: hal.memory_allocations.read(),
+        bind_groups: hal.bind_groups.read(),
+    }
+}
+
+/// One round through the recording into a file that is written anew.
+fn round(pipeline: &mut Pipeline, input: &Path, config: &Config, output: &Path) -> Result<u64> {
+    let mut recording = recording::open(input, config)?;
+    let mut sink = McapSink::create(output, config)?;
+    let mut under_way: Vec<RgbdFrame> = Vec::new();
+    let mut frames = 0;
+    let mut take = |pipeline: &mut Pipeline, under_way: &mut Vec<RgbdFrame>| -> Result<()> {
+        let result: Option<FrameOutput> = pipeline.receive()?;
+        let frame = under_way.remove(0);
+        frames += 1;
+        result.map_or(Ok(()), |result| sink.write(&frame, &result))
+    };
+    while let Some(frame) = recording.next_frame()? {
+        if pipeline.is_full() {
+            take(pipeline, &mut under_way)?;
+        }
+        pipeline.submit(&frame)?;
+        under_way.push(frame);
+    }
+    while !under_way.is_empty() {
+        take(pipeline, &mut under_way)?;
+    }
+    sink.finish()?;
+    Ok(frames)
+}
+
+fn main() -> Result<()> {
+    let wanted: u64 = std::env::args().skip(1).find_map(|argument| argument.parse().ok()).unwrap_or(10_000);
+    let input = Path::new("testdata/room.mcap");
+    let output = std::env::temp_dir().join(format!("limpid-soak-{}.mcap", std::process::id()));
+    let config = Config::default();
+    let first = recording::open(input, &config)?.next_frame()?;
+    let first = first.ok_or_else(|| Error::Empty { reason: "testdata/room.mcap is empty".into() })?;
+    let color = first.color.as_ref().map(|color| color.camera);
+    let options = Options { images: true, layers: true, color, ..Options::default() };
+    let mut pipeline = Pipeline::open(&config, &first, &options)?;
+    println!("{}", pipeline.executor().context().describe());
+    println!("| frames | resident KiB | GPU buffers | GPU bytes | GPU allocations | bind groups |");
+    println!("|---|---|---|---|---|---|");
+    let (mut done, mut settled, mut next_row) = (0, None, 0);
+    while done < wanted {
+        if done >= next_row {
+            let now = measure(&pipeline);
+            print_row(done, now);
+            if done >= wanted / 10 {
+                settled.get_or_insert(now);
+            }
+            next_row += wanted.div_ceil(10);
+        }
+        done += round(&mut pipeline, input, &config, &output)?;
+    }
+    std::fs::remove_file(&output).map_err(Error::file(&output))?;
+    let end = measure(&pipeline);
+    print_row(done, end);
+    judge(settled.unwrap_or(end), end)
+}
+
+fn print_row(frames: u64, m: Memory) {
+    let Memory { resident_kib, gpu_buffers, gpu_bytes, gpu_allocations, bind_groups } = m;
+    println!(
+        "| {frames} | {resident_kib} | {gpu_buffers} | {gpu_bytes} | {gpu_allocations} | {bind_groups} |"
+    );
+}
+
+fn judge(settled: Memory, end: Memory) -> Result<()> {
+    let gpu_same = Memory { resident_kib: 0, ..settled } == Memory { resident_kib: 0, ..end };
+    let grown_kib = end.resident_kib.saturating_sub(settled.resident_kib);
+    if gpu_same && grown_kib <= FLAT_KIB {
+        println!("flat: resident memory grew by {grown_kib} KiB, GPU counts not at all");
+        return Ok(());
+    }
+    Err(Error::Gpu { what: "soak".into(), reason: format!("memory grew: {settled:?} to {end:?}") })
+}

@@ -1,0 +1,7 @@
+//! `limpid config`.
+
+use limpid::config::EXAMPLE;
+
+pub(crate) fn execute() {
+    print!("{EXAMPLE}");
+}
