@@ -2,5 +2,6 @@
 
 #![allow(clippy::cast_possible_truncation, reason = "test data are small and known")]
 
+mod reference;
 mod stage;
 mod support;
