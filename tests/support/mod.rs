@@ -3,6 +3,7 @@
 use std::io::Write as _;
 use std::path::PathBuf;
 
+pub(crate) mod camera_job;
 pub(crate) mod compare;
 pub(crate) mod gpu;
 pub(crate) mod random;
