@@ -2,6 +2,7 @@
 
 #![allow(clippy::cast_possible_truncation, reason = "test data are small and known")]
 
+mod map;
 mod reference;
 mod stage;
 mod support;

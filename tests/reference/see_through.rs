@@ -10,6 +10,8 @@ use limpid::geometry::Rigid;
 pub(crate) struct Ray {
     pub(crate) from: DVec3,
     pub(crate) to: DVec3,
+    /// Unit vector across the ray on the ground.
+    across: DVec2,
 }
 
 /// The rays of all trusted pixels.
@@ -27,12 +29,21 @@ pub(crate) fn trusted_rays(
             let (u, v) = (pixel as u32 % camera.width, pixel as u32 / camera.width);
             let [x, y] = camera.ray(f64::from(u), f64::from(v))?;
             let to = window_from_camera.transform_point(DVec3::new(x, y, 1.0) * f64::from(depth));
-            Some(Ray { from: window_from_camera.translation_m, to })
+            Some(Ray::new(window_from_camera.translation_m, to))
         })
         .collect()
 }
 
 impl Ray {
+    pub(crate) fn new(from: DVec3, to: DVec3) -> Self {
+        Self { from, to, across: (to - from).truncate().perp().normalize_or_zero() }
+    }
+
+    /// Whether the ray's line passes the square round `centre` by (a quick answer for most cells).
+    fn misses(&self, centre: DVec2, side_m: f64) -> bool {
+        (centre - self.from.truncate()).dot(self.across).abs() > 0.71 * side_m
+    }
+
     /// Whether the ray enters and leaves the square over `corner` before its end, and between the two is at a
     /// height in `low_m..=high_m`.
     pub(crate) fn crosses(&self, corner: DVec2, side_m: f64, low_m: f64, high_m: f64) -> bool {
@@ -60,9 +71,11 @@ impl Ray {
 /// points aside.
 pub(crate) fn seen_through(config: &Config, rays: &[Ray], corner: DVec2, top_m: Option<f64>) -> bool {
     let high_m = top_m.unwrap_or(config.height_max_m).min(config.height_max_m);
-    rays.iter().any(|ray| {
-        let centre = corner + 0.5 * config.resolution_m;
-        (centre - ray.from.truncate()).length() <= config.mark_range_m
-            && ray.crosses(corner, config.resolution_m, config.height_min_m, high_m)
-    })
+    let centre = corner + 0.5 * config.resolution_m;
+    let Some(eye) = rays.first().map(|ray| ray.from.truncate()) else { return false };
+    (centre - eye).length() <= config.mark_range_m
+        && rays.iter().any(|ray| {
+            !ray.misses(centre, config.resolution_m)
+                && ray.crosses(corner, config.resolution_m, config.height_min_m, high_m)
+        })
 }

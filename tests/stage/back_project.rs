@@ -178,9 +178,9 @@ fn twin_on_a_room() {
         return;
     }
     let scene = Scene::of(&[
-        Block::new([2.3, -3.0, 0.0], [2.5, 3.0, 2.5]),
-        Block::new([1.2, 0.1, 0.0], [1.5, 0.6, 0.35]),
-        Block::new([1.0, -1.0, 0.7], [1.8, -0.2, 0.75]),
+        Block::new([2.31, -3.0, 0.0], [2.5, 3.0, 2.5]),
+        Block::new([1.21, 0.11, 0.0], [1.51, 0.61, 0.35]),
+        Block::new([1.01, -1.01, 0.7], [1.81, -0.21, 0.75]),
     ]);
     let mut random = Random(21);
     let distorted =

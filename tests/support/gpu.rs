@@ -1,5 +1,6 @@
 //! Runs one pass on given data: a plan of that pass alone, whose outputs hold a sentinel before it.
 
+use std::cell::RefCell;
 use std::collections::HashMap;
 use std::io::Write as _;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -38,6 +39,17 @@ pub(crate) fn skipped() -> bool {
         writeln!(std::io::stderr(), "GPU tests skipped so far: {count}").unwrap();
     }
     skip
+}
+
+/// The device of this thread, and so of this test alone: an error that wgpu reports fails the test that caused it.
+fn context(plan: &Plan) -> limpid::Result<Context> {
+    thread_local!(static CONTEXT: RefCell<Option<Context>> = const { RefCell::new(None) });
+    CONTEXT.with_borrow_mut(|kept| {
+        if kept.is_none() {
+            *kept = Some(Context::open(None, &plan.requirements(), false)?);
+        }
+        Ok(kept.clone().unwrap())
+    })
 }
 
 /// A pass under construction, with the data of its buffers.
@@ -103,7 +115,7 @@ impl Fragment {
         invocations: Invocations,
     ) -> limpid::Result<Outputs> {
         self.plan.step(source, invocations, &[])?;
-        let context = Context::open(None, &self.plan.requirements(), false)?;
+        let context = context(&self.plan)?;
         let mut executor = Executor::build(&context, self.plan)?;
         let mut input = executor.begin()?;
         for (name, data) in &self.inputs {

@@ -7,6 +7,7 @@ pub(crate) mod camera_job;
 pub(crate) mod compare;
 pub(crate) mod gpu;
 pub(crate) mod random;
+pub(crate) mod run;
 pub(crate) mod scene;
 
 /// Folder of real recordings: `LIMPID_DATA`, by default `../shared/data`; `None`, said aloud (past libtest's

@@ -1,0 +1,8 @@
+//! The whole pipeline on analytic scenes.
+
+mod bad_input;
+mod determinism;
+mod geometry;
+mod methods;
+mod rolling;
+mod time;
