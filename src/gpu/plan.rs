@@ -233,7 +233,7 @@ impl Plan {
                         &format!("reads `{name}` before any pass has written it"),
                     ));
                 }
-                used[id.0] |= binding.access.reads();
+                used[id.0] = true;
             }
             for (_, id) in step.uses().filter(|(binding, _)| binding.access.writes()) {
                 written[id.0] = true;
@@ -241,7 +241,7 @@ impl Plan {
         }
         for (buffer, (written, used)) in self.buffers.iter().zip(written.iter().zip(&used)) {
             if !used && !buffer.read_back {
-                return Err(plan_error(&buffer.name, "is never read"));
+                return Err(plan_error(&buffer.name, "is used by no pass"));
             }
             if buffer.read_back && !written {
                 return Err(plan_error(&buffer.name, "is read back but never written"));
