@@ -3,6 +3,9 @@
 #![allow(clippy::cast_possible_truncation, reason = "test data are small and known")]
 
 mod map;
+mod plan;
+mod real;
 mod reference;
+mod shaders;
 mod stage;
 mod support;

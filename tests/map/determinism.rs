@@ -22,8 +22,8 @@ fn sequence() -> Vec<RgbdFrame> {
             let at = i as f64;
             let mut frame = scene.frame(i, small_camera(), pose(0.09 * at, 0.03 * at, 0.1 * at, 0.6, 0.25));
             let DepthSamples::Metres(depth) = &mut frame.depth.samples else { unreachable!() };
-            for d in depth.iter_mut().filter(|_| random.chance(0.1)) {
-                *d *= 2.0 * random.below(2) as f32;
+            for d in depth.iter_mut() {
+                *d *= [0.0, 2.0, 1.0][random.below(20).min(2) as usize];
             }
             frame.confidence = Some(depth.iter().map(|_| random.unit()).collect());
             frame

@@ -64,9 +64,10 @@ fn temporal_rejection_marks_from_the_third_hit() {
     assert_eq!(marks, [-1.0, -1.0, 1.0, 1.0, 1.0]);
     assert_eq!(out.iter().position(|out| lethal(out, 1.54, 0.02)), Some(2));
     // Hit in every third frame only: at most two of five.
+    let near = wall();
     let far = Scene::of(&[Block::new([3.53, -4.0, 0.0], [3.7, 4.0, 2.5])]);
     let frames: Vec<_> =
-        (0..10).map(|i| if i % 3 == 0 { &wall() } else { &far }.frame(i, small_camera(), level())).collect();
+        (0..10).map(|i| if i % 3 == 0 { &near } else { &far }.frame(i, small_camera(), level())).collect();
     let out = run(&with(Method::Temporal), &frames);
     assert!(out.iter().all(|out| evidence(out, 1.54, 0.02) <= 0.0), "never marks");
     assert!(run(&with(Method::Naive), &frames).iter().any(|out| evidence(out, 1.54, 0.02) == 1.0));
