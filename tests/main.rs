@@ -1,5 +1,6 @@
 //! One test binary: truth first (analytic scenes, other programs), then plain scalar twins.
 
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking, in its helpers too")]
 #![allow(clippy::cast_possible_truncation, reason = "test data are small and known")]
 
 mod map;

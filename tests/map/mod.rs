@@ -3,6 +3,7 @@
 mod bad_input;
 mod determinism;
 mod geometry;
+mod inputs;
 mod methods;
 mod rolling;
 mod time;

@@ -150,3 +150,25 @@ fn rate_independent_lambda_forgets_by_time() {
     let by_frame = run(&Config::default(), &frames);
     assert!((occupancy(&by_frame[3], FACE[0], FACE[1]) - (1.0 - 0.85_f32.powi(4))).abs() < 1e-5);
 }
+
+#[test]
+fn rays_over_a_low_box_keep_it_to_the_bit() {
+    if skipped() {
+        return;
+    }
+    let scene = Scene::of(&[
+        Block::new([0.813, -0.2, 0.0], [0.99, 0.2, 0.21]),
+        Block::new([3.52, -4.0, 0.0], [3.7, 4.0, 2.5]),
+    ]);
+    let mut frames = still(&scene, pose(0.01, 0.02, 0.0, 0.6, 0.4), 10);
+    // Level, the lowest ray passes the box's face at 0.6 m - 0.8 m * 59.5 / 146 = 0.27 m.
+    frames.extend(still(&scene, pose(0.01, 0.02, 0.0, 0.6, 0.0), 30).into_iter().skip(10));
+    let out = run(&Config::default(), &frames);
+    assert!(lethal(&out[9], 0.82, 0.02));
+    for level in &out[10..] {
+        assert_eq!(evidence(level, 0.82, 0.02), -1.0, "frame {}", level.index);
+        assert_eq!(evidence(level, 0.82, 0.32), 0.0, "beside the box the same rays clear");
+        assert_eq!(occupancy(level, 0.82, 0.02), occupancy(&out[9], 0.82, 0.02));
+        assert!(lethal(level, 0.82, 0.02));
+    }
+}
