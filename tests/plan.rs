@@ -219,7 +219,7 @@ fn assert_packed(plan: &Plan, layout: &Layout, alignment: u64) {
     let range = |i: usize| (layout.places[i].offset, layout.places[i].offset + plan.buffers()[i].bytes);
     for i in 0..ids.len() {
         let place = layout.places[i];
-        assert!(place.offset % alignment == 0 && range(i).1 <= layout.arenas[place.arena].bytes);
+        assert!(place.offset.is_multiple_of(alignment) && range(i).1 <= layout.arenas[place.arena].bytes);
         for j in 0..i {
             let apart = range(i).1 <= range(j).0 || range(j).1 <= range(i).0;
             let scratch = layout.arenas[place.arena].kind == Kind::Scratch;

@@ -84,7 +84,7 @@ fn min_hits_asks_for_that_many_pixels() {
     }
     let three = frame(0, small_camera(), Some(level()), DepthSamples::Metres(samples));
     for (min_hits, want) in [(1, 1.0), (3, 1.0), (4, -1.0)] {
-        let out = &run(&Config { min_hits, ..Config::default() }, &[three.clone()])[0];
+        let out = &run(&Config { min_hits, ..Config::default() }, std::slice::from_ref(&three))[0];
         assert_eq!(evidence(out, 1.01, 0.02), want, "{min_hits} hits");
         assert_eq!((out.counters.hits, out.counters.hit_cells), (3, u32::from(want > 0.0)));
     }

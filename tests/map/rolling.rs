@@ -20,7 +20,7 @@ fn scene() -> Scene {
 /// Looks at the wall, turns round, drives away until the wall is out of the window, and backs up again.
 fn there_and_back() -> Vec<RgbdFrame> {
     let turn = |i: u64| (0.01, (i as f64) * 0.314);
-    let away = |i: u64| (0.01 - 0.37 * i as f64, 3.14);
+    let away = |i: u64| (0.01 - 0.37 * i as f64, std::f64::consts::PI);
     let poses = (0..9)
         .map(|_| turn(0))
         .chain((1..10).map(turn))

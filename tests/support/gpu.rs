@@ -2,11 +2,13 @@
 
 use std::cell::RefCell;
 use std::collections::HashMap;
-use std::io::Write as _;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use bytemuck::{Pod, bytes_of, cast_slice, pod_read_unaligned};
 use limpid::gpu::{Context, Executor, Invocations, Params, Plan, ShaderSource};
+
+use crate::support::compare::{EXACT, compare};
+use crate::support::say;
 
 /// What outputs hold before the pass; as a float it is a NaN, which the comparator refuses.
 pub(crate) const SENTINEL: u32 = 0x7fc0_dead;
@@ -36,7 +38,7 @@ pub(crate) fn skipped() -> bool {
     let skip = std::env::var("LIMPID_SKIP_GPU").is_ok_and(|value| value == "1");
     if skip {
         let count = SKIPPED.fetch_add(1, Ordering::Relaxed) + 1;
-        writeln!(std::io::stderr(), "GPU tests skipped so far: {count}").unwrap();
+        say(&format!("GPU tests skipped so far: {count}"));
     }
     skip
 }
@@ -199,13 +201,5 @@ fn half(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let out = Fragment::new().output("out", 4).run(HALF, Invocations::line(4));
     assert_eq!(out.words("out"), [7, 7, SENTINEL, SENTINEL]);
-    assert!(
-        crate::support::compare::compare(
-            "out",
-            &out.floats("out"),
-            &[7.0_f32; 4],
-            crate::support::compare::EXACT
-        )
-        .is_err()
-    );
+    assert!(compare("out", &out.floats("out"), &[7.0_f32; 4], EXACT).is_err());
 }

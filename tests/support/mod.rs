@@ -10,6 +10,11 @@ pub(crate) mod random;
 pub(crate) mod run;
 pub(crate) mod scene;
 
+/// Writes a line to standard error past libtest's capture.
+pub(crate) fn say(line: &str) {
+    std::io::stderr().write_all(format!("{line}\n").as_bytes()).unwrap();
+}
+
 /// Folder of real recordings: `LIMPID_DATA`, by default `../shared/data`; `None`, said aloud (past libtest's
 /// capture), where absent.
 pub(crate) fn data_dir(needed: &str) -> Option<PathBuf> {
@@ -18,6 +23,6 @@ pub(crate) fn data_dir(needed: &str) -> Option<PathBuf> {
     if path.exists() {
         return Some(path);
     }
-    writeln!(std::io::stderr(), "skipped: {} is not there (set LIMPID_DATA)", path.display()).unwrap();
+    say(&format!("skipped: {} is not there (set LIMPID_DATA)", path.display()));
     None
 }
