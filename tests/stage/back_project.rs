@@ -127,7 +127,9 @@ fn truth_one_pixel_at_a_time() {
     let steps = ((1.0 - 0.1_f32) * 65536.0) as u32 + 1;
     assert_eq!(hit[index(2.0)], [1, scale as u32, steps, 0]);
     assert!(hit.iter().enumerate().all(|(i, c)| i == index(2.0) || *c == [0; 4]));
-    assert!(level(one_pixel(), &config, &[4.001]).iter().all(|c| *c == [0; 4]), "beyond the mark range");
+    let near = Config { mark_range_m: 2.0, ..config.clone() };
+    assert_eq!(level(one_pixel(), &near, &[1.999])[index(1.999)][0], 1);
+    assert!(level(one_pixel(), &near, &[2.001]).iter().all(|c| *c == [0; 4]), "beyond the mark range");
     let low = Config { height_max_m: 0.9, ..config };
     assert!(level(one_pixel(), &low, &[2.0]).iter().all(|c| *c == [0; 4]), "above the band");
 }
