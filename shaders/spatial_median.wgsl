@@ -9,8 +9,8 @@ struct SpatialMedianParams {
 @group(0) @binding(1) var<storage, read> depth_m: array<f32>;
 @group(0) @binding(2) var<storage, read_write> depth_median_m: array<f32>;
 
-const LOW = -1.0e30;
-const HIGH = 1.0e30;
+const LOW = -3.4028234e38;
+const HIGH = 3.4028234e38;    // no finite depth lies above
 
 var<private> values: array<f32, 25>;
 

@@ -3,11 +3,11 @@
 use std::collections::VecDeque;
 
 use crate::config::{Config, Method};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::frame::{FrameOutput, Options};
 use crate::gpu::frame::FRAMES_IN_FLIGHT;
 use crate::gpu::{Context, Executor, Plan};
-use crate::receive::{Pending, check_fit, check_recalibration, output, seconds_between};
+use crate::receive::{Pending, check_fit, check_pose, check_recalibration, output, seconds_between};
 use crate::recording::RgbdFrame;
 use crate::stage::{Job, Moment, Stage, Window};
 use crate::stage::{back_project, inflate, ingest, move_window, register_color, see_through};
@@ -37,7 +37,7 @@ pub fn stages(job: &Job) -> Vec<Box<dyn Stage>> {
 /// The plan of a frame, with what is to be read back.
 ///
 /// # Errors
-/// [`Error::Plan`] or [`Error::Shader`] where a stage contradicts its shader or its neighbours.
+/// [`crate::Error::Plan`] or [`crate::Error::Shader`] where a stage contradicts its shader or its neighbours.
 pub fn plan(job: &Job, stages: &[Box<dyn Stage>]) -> Result<Plan> {
     let mut plan = Plan::default();
     plan.fixed("rays", back_project::rays(&job.depth))?;
@@ -68,7 +68,7 @@ impl Pipeline {
     /// that name. `images` and `layers` say what is read back beside the costmap.
     ///
     /// # Errors
-    /// [`Error::Config`], [`Error::NoAdapter`], [`Error::Limit`], [`Error::Gpu`].
+    /// [`crate::Error::Config`], [`crate::Error::NoAdapter`], [`crate::Error::Limit`], [`crate::Error::Gpu`].
     pub fn open(config: &Config, first: &RgbdFrame, options: &Options) -> Result<Self> {
         config.validate()?;
         first.depth.camera.validate()?;
@@ -83,13 +83,11 @@ impl Pipeline {
     /// Starts a frame; returns at once. Receive first when [`Pipeline::is_full`].
     ///
     /// # Errors
-    /// [`Error::Input`] where size or encoding differ from the first frame's or the pose is missing (the
-    /// map stays as it was); [`Error::Gpu`], [`Error::DeviceLost`].
+    /// [`crate::Error::Input`] where size or encoding differ from the first frame's, or pose or unit are
+    /// missing or no numbers (the map stays as it was); [`crate::Error::Gpu`], [`crate::Error::DeviceLost`].
     pub fn submit(&mut self, frame: &RgbdFrame) -> Result<()> {
         check_fit(&self.job, frame)?;
-        let missing =
-            || Error::Input { what: "pose".into(), reason: "no transform from map to camera".into() };
-        let pose = frame.pose.ok_or_else(missing)?;
+        let pose = check_pose(frame)?;
         if frame.depth.camera != self.job.depth {
             check_recalibration(&self.job, frame)?;
             self.recalibrate(frame)?;
@@ -120,7 +118,7 @@ impl Pipeline {
     /// Waits for the oldest frame under way; `None` when there is none.
     ///
     /// # Errors
-    /// [`Error::Gpu`], [`Error::DeviceLost`].
+    /// [`crate::Error::Gpu`], [`crate::Error::DeviceLost`].
     pub fn receive(&mut self) -> Result<Option<FrameOutput>> {
         let Some(readback) = self.executor.receive()? else { return Ok(None) };
         let pending = self.pending.pop_front();

@@ -5,6 +5,7 @@ use bytemuck::pod_read_unaligned;
 use crate::camera::{CameraModel, Distortion};
 use crate::error::{Error, Result};
 use crate::frame::{Counters, FrameImages, FrameLayers, FrameOutput, Grid, Options};
+use crate::geometry::Rigid;
 use crate::gpu::{Executor, Readback};
 use crate::recording::{DepthSamples, FramePose, RgbdFrame};
 use crate::stage::Job;
@@ -27,6 +28,21 @@ impl Options {
     }
 }
 
+/// Refuses a pose with a NaN or an infinity, and a missing one.
+///
+/// # Errors
+/// [`Error::Input`].
+pub(crate) fn check_pose(frame: &RgbdFrame) -> Result<FramePose> {
+    let bad = |reason: &str| Error::Input { what: "pose".into(), reason: reason.into() };
+    let pose = frame.pose.ok_or_else(|| bad("no transform from map to camera"))?;
+    let finite = |rigid: Rigid| rigid.rotation.is_finite() && rigid.translation_m.is_finite();
+    if finite(pose.map_from_base) && finite(pose.base_from_camera) {
+        Ok(pose)
+    } else {
+        Err(bad("is not finite"))
+    }
+}
+
 /// Refuses a frame that does not fit what the pipeline was built for.
 ///
 /// # Errors
@@ -46,6 +62,11 @@ pub(crate) fn check_fit(job: &Job, frame: &RgbdFrame) -> Result<()> {
     }
     if matches!(frame.depth.samples, DepthSamples::Metres(_)) != job.float_depth {
         return bad("depth image", "changes between integer and float samples".into());
+    }
+    if let DepthSamples::Integer { unit_m, .. } = &frame.depth.samples
+        && !(unit_m.is_finite() && *unit_m > 0.0)
+    {
+        return bad("depth image", format!("a unit of {unit_m} m a count is not a positive number"));
     }
     if let Some(confidence) = frame.confidence.as_ref().filter(|c| c.len() != pixels) {
         return bad("confidence image", format!("{} values for {} pixels", confidence.len(), size(&camera)));

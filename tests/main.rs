@@ -1,10 +1,15 @@
 //! One test binary: truth first (analytic scenes, other programs), then plain scalar twins.
 
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking, in its helpers too")]
 #![allow(clippy::cast_possible_truncation, reason = "test data are small and known")]
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on must fail")]
 
 mod config;
+mod map;
+mod plan;
 mod read;
+mod real;
+mod reference;
+mod shaders;
 mod stage;
 mod support;
 mod write;

@@ -133,11 +133,12 @@ pub(crate) fn pinhole(camera: &CameraModel) -> [Vec2; 2] {
     [Vec2::new(fx, fy), Vec2::new(cx, cy)]
 }
 
-/// Bounds of the ideal rays through the image's border (the field is widest there), half a pixel out.
+/// Bounds of the ideal rays through the image's border (the field is widest there): half a pixel out at the
+/// sides, but not above or below, where half a pixel would clear a hand's breadth of floor that no ray crosses.
 pub fn field(camera: &CameraModel) -> [Vec2; 2] {
-    let (right, bottom) = (f64::from(camera.width) - 0.5, f64::from(camera.height) - 0.5);
-    let across = (0..=camera.width).map(|u| f64::from(u) - 0.5).flat_map(|u| [(u, -0.5), (u, bottom)]);
-    let down = (0..=camera.height).map(|v| f64::from(v) - 0.5).flat_map(|v| [(-0.5, v), (right, v)]);
+    let (right, bottom) = (f64::from(camera.width) - 0.5, f64::from(camera.height - 1));
+    let across = (0..=camera.width).map(|u| f64::from(u) - 0.5).flat_map(|u| [(u, 0.0), (u, bottom)]);
+    let down = (0..camera.height).map(f64::from).flat_map(|v| [(-0.5, v), (right, v)]);
     let mut bounds = [Vec2::splat(f32::MAX), Vec2::splat(f32::MIN)];
     for [x, y] in across.chain(down).filter_map(|(u, v)| camera.ray(u, v)) {
         let ray = Vec2::new(single(x), single(y));

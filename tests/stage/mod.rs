@@ -1,3 +1,12 @@
-//! A test file per stage.
+//! A test file per stage: truth, twin, edge sizes, poison.
 
-mod smoke;
+mod back_project;
+mod inflate;
+mod ingest;
+mod move_window;
+mod register_color;
+mod see_through;
+mod spatial_median;
+mod tally;
+mod update;
+mod weigh;

@@ -1,20 +1,31 @@
 //! Helpers that more than one test needs.
 
+use std::io::Write as _;
 use std::path::PathBuf;
 
+pub(crate) mod camera_job;
+pub(crate) mod compare;
 pub(crate) mod drive;
+pub(crate) mod gpu;
+pub(crate) mod random;
 pub(crate) mod room;
+pub(crate) mod run;
 pub(crate) mod sample;
+pub(crate) mod scene;
 
-/// Folder of real recordings: `LIMPID_DATA`, by default `../shared/data`; `None`, said aloud, where absent.
+/// Writes a line to standard error past libtest's capture.
+pub(crate) fn say(line: &str) {
+    std::io::stderr().write_all(format!("{line}\n").as_bytes()).unwrap();
+}
+
+/// Folder of real recordings: `LIMPID_DATA`, by default `../shared/data`; `None`, said aloud (past libtest's
+/// capture), where absent.
 pub(crate) fn data_dir(needed: &str) -> Option<PathBuf> {
     let root = std::env::var_os("LIMPID_DATA").map_or_else(|| PathBuf::from("../shared/data"), PathBuf::from);
     let path = root.join(needed);
     if path.exists() {
         return Some(path);
     }
-    eprintln!("skipped: {} is not there (set LIMPID_DATA)", path.display());
+    say(&format!("skipped: {} is not there (set LIMPID_DATA)", path.display()));
     None
 }
-
-pub(crate) mod scene;

@@ -1,0 +1,110 @@
+//! Colour, calibrations and sizes that frames bring.
+
+use limpid::camera::CameraModel;
+use limpid::frame::{FrameOutput, Options};
+use limpid::geometry::Rigid;
+use limpid::pipeline::Pipeline;
+use limpid::recording::{ColorImage, RgbdFrame};
+use limpid::{Config, Error};
+
+use crate::support::camera_job::{small_map, tiny_camera};
+use crate::support::gpu::skipped;
+use crate::support::run::{all, open, run, step};
+use crate::support::scene::{Block, Scene, pose};
+
+fn frame(index: u64, camera: CameraModel) -> RgbdFrame {
+    let scene = Scene::of(&[Block::new([1.53, -1.0, 0.0], [1.7, 1.0, 1.5])]);
+    scene.frame(index, camera, pose(0.01, 0.02, 0.0, 0.6, 0.2))
+}
+
+fn colored(index: u64, camera: CameraModel) -> RgbdFrame {
+    let bytes = camera.width * camera.height * 3;
+    let rgb = (0..bytes).map(|i| (i * 7 + index as u32) as u8).collect();
+    let color = Some(ColorImage { stamp_ns: 5, camera, rgb });
+    RgbdFrame { color, color_from_depth: Some(Rigid::IDENTITY), ..frame(index, tiny_camera()) }
+}
+
+fn color_of(out: &FrameOutput) -> &[u8] {
+    out.images.as_ref().unwrap().color.as_ref().unwrap()
+}
+
+#[test]
+fn colour_on_the_depth_grid_comes_back_as_it_went_in() {
+    if skipped() {
+        return;
+    }
+    let options = Options { color: Some(tiny_camera()), ..all() };
+    let first = colored(0, tiny_camera());
+    let mut pipeline = Pipeline::open(&small_map(), &first, &options).unwrap();
+    let out = step(&mut pipeline, &first);
+    assert_eq!((color_of(&out), out.stamp_ns), (first.color.as_ref().unwrap().rgb.as_slice(), 5));
+    let absent = step(&mut pipeline, &frame(1, tiny_camera()));
+    assert!(color_of(&absent).iter().all(|&byte| byte == 0), "the frame before does not shine through");
+    let unplaced = RgbdFrame { color_from_depth: None, ..colored(2, tiny_camera()) };
+    assert!(color_of(&step(&mut pipeline, &unplaced)).iter().all(|&byte| byte == 0));
+    let reason =
+        pipeline.submit(&colored(3, CameraModel { width: 81, ..tiny_camera() })).unwrap_err().to_string();
+    assert!(reason.contains("colour image") && reason.contains("81x60"), "{reason}");
+    let after = step(&mut pipeline, &colored(4, tiny_camera()));
+    assert_eq!(color_of(&after), colored(4, tiny_camera()).color.unwrap().rgb);
+}
+
+#[test]
+fn a_new_calibration_holds_from_its_frame_on_with_frames_in_flight() {
+    if skipped() {
+        return;
+    }
+    let wide = CameraModel { fx: 50.0, fy: 50.0, ..tiny_camera() };
+    let frames = [tiny_camera(), wide, tiny_camera()].map(|camera| frame(0, camera));
+    let alone: Vec<FrameOutput> =
+        frames.iter().map(|frame| run(&small_map(), std::slice::from_ref(frame)).remove(0)).collect();
+    assert_ne!(alone[0].counters.hit_cells, alone[1].counters.hit_cells);
+    let mut pipeline = open(&small_map(), &frames[0]);
+    frames.iter().for_each(|frame| pipeline.submit(frame).unwrap());
+    for want in &alone {
+        let got = pipeline.receive().unwrap().unwrap();
+        assert_eq!(
+            (got.counters.hits, got.counters.hit_cells),
+            (want.counters.hits, want.counters.hit_cells)
+        );
+    }
+}
+
+#[test]
+fn a_map_too_large_for_the_adapter_is_an_error_that_says_so() {
+    if skipped() {
+        return;
+    }
+    let huge = Config { map_size_m: 204.8, ..Config::default() };
+    assert_eq!(huge.cells_per_side().unwrap(), 4096);
+    let error = Pipeline::open(&huge, &frame(0, tiny_camera()), &all()).err().unwrap();
+    assert!(
+        matches!(error, Error::Limit { .. }) && error.to_string().contains("smaller image or map"),
+        "{error}"
+    );
+}
+
+#[test]
+fn one_pixel_and_odd_widths_run() {
+    if skipped() {
+        return;
+    }
+    for (width, height) in [(1, 1), (3, 1), (1, 5), (63, 3), (65, 17), (127, 2)] {
+        let camera = CameraModel {
+            width,
+            height,
+            cx: f64::from(width) / 2.0,
+            cy: f64::from(height) / 2.0,
+            ..tiny_camera()
+        };
+        let out = &run(&small_map(), &[frame(0, camera)])[0];
+        assert_eq!(
+            (out.counters.pixels, out.images.as_ref().unwrap().depth_m.len()),
+            (width * height, (width * height) as usize)
+        );
+        assert!(out.counters.valid > 0 && out.counters.valid <= out.counters.pixels, "{width}x{height}");
+        let evidence = &out.layers.as_ref().unwrap().evidence;
+        let marked = evidence.iter().filter(|&&e| e == 1.0).count();
+        assert_eq!(marked, out.counters.hit_cells as usize, "{width}x{height}");
+    }
+}

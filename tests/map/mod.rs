@@ -1,0 +1,9 @@
+//! The whole pipeline on analytic scenes.
+
+mod bad_input;
+mod determinism;
+mod geometry;
+mod inputs;
+mod methods;
+mod rolling;
+mod time;

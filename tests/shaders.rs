@@ -1,0 +1,142 @@
+//! Every WGSL file is reached and parses; every parameter struct matches; frames allocate nothing.
+
+use std::collections::BTreeSet;
+use std::path::Path;
+
+use limpid::camera::CameraModel;
+use limpid::config::{Config, Method};
+use limpid::gpu::{Context, Executor, Shader, ShaderSource};
+use limpid::stage::{Job, back_project, inflate, ingest, move_window, register_color};
+use limpid::stage::{see_through, spatial_median, tally, update, weigh};
+use limpid::{Error, pipeline};
+
+use crate::support::camera_job::{job, small_map, tiny_camera};
+use crate::support::gpu::skipped;
+use crate::support::run::{open, step};
+use crate::support::scene::{Scene, pose};
+
+const ALL: [ShaderSource; 14] = [
+    back_project::BACK_PROJECT,
+    inflate::PACK,
+    inflate::ROWS,
+    inflate::COLUMNS,
+    ingest::INGEST,
+    move_window::MOVE_WINDOW,
+    register_color::REGISTER_COLOR,
+    see_through::TILES,
+    see_through::AROUND,
+    see_through::GATHER,
+    spatial_median::SPATIAL_MEDIAN,
+    update::UPDATE,
+    tally::TALLY,
+    weigh::WEIGH,
+];
+
+fn wgsl_files(folder: &Path, found: &mut BTreeSet<String>) {
+    for entry in std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()) {
+        if entry.is_dir() {
+            wgsl_files(&entry, found);
+        } else {
+            found.insert(std::fs::read_to_string(&entry).unwrap());
+        }
+    }
+}
+
+/// Jobs that together use every pass.
+fn jobs() -> Vec<Job> {
+    let plain = job(&small_map(), tiny_camera());
+    let median = Config { method: Method::Median, ..small_map() };
+    let color = CameraModel { width: 64, ..tiny_camera() };
+    vec![
+        plain.clone(),
+        Job { confidence: true, images: true, color: Some(color), ..job(&median, tiny_camera()) },
+        Job { layers: false, float_depth: false, ..plain },
+    ]
+}
+
+#[test]
+fn every_shader_parses_and_every_file_is_reached() {
+    for source in ALL {
+        let shader = Shader::parse(source).unwrap();
+        assert!(!shader.bindings.is_empty() && shader.workgroup_size.iter().product::<u32>() > 1);
+    }
+    let mut files = BTreeSet::new();
+    wgsl_files(&Path::new(env!("CARGO_MANIFEST_DIR")).join("shaders"), &mut files);
+    let reached: BTreeSet<String> = ALL.iter().flat_map(|s| s.parts).map(|part| (*part).to_owned()).collect();
+    let first_lines =
+        |of: Vec<&String>| of.iter().map(|text| text.lines().next().unwrap().to_owned()).collect::<Vec<_>>();
+    let unreached = first_lines(files.difference(&reached).collect());
+    assert!(unreached.is_empty(), "no stage uses the files that begin with {unreached:?}");
+    assert_eq!(reached.len(), files.len());
+}
+
+#[test]
+fn every_pass_is_in_a_plan_that_fits() {
+    let plans: Vec<_> =
+        jobs().iter().map(|job| pipeline::plan(job, &pipeline::stages(job)).unwrap()).collect();
+    for source in ALL {
+        let used = plans.iter().flat_map(|plan| plan.steps()).any(|step| step.shader.name == source.name);
+        assert!(used, "`{}` is in no plan", source.name);
+    }
+    for step in plans.iter().flat_map(|plan| plan.steps()) {
+        let name = step.shader.name;
+        let first = step.shader.bindings.iter().find(|b| b.name.ends_with("_params")).expect(name);
+        assert!(first.slot == 0 && !first.fields.is_empty(), "{name}: parameters come first");
+    }
+}
+
+#[test]
+fn control_broken_shaders_are_refused_by_name() {
+    let refused = |name: &'static str, text: &'static str, part: &str| {
+        let parts: &'static [&'static str] = Box::leak(Box::new([text]));
+        let error = Shader::parse(ShaderSource { name, parts }).unwrap_err();
+        assert!(
+            matches!(&error, Error::Shader { pass, reason } if pass == name && reason.contains(part)),
+            "{error}"
+        );
+    };
+    refused("broken", "fn", "expected");
+    refused("none", "fn helper() {}", "0 entry points");
+    refused("other", "@compute @workgroup_size(1) fn main() {}", "not named as its file");
+    let unused = "@group(0) @binding(0) var<storage, read> data: array<u32>; @compute @workgroup_size(1) fn unused() {}";
+    refused("unused", unused, "`data` is declared but not used");
+    let group = "@group(1) @binding(0) var<storage, read_write> data: array<u32>; @compute @workgroup_size(1) fn group() { data[0] = 1u; }";
+    refused("group", group, "group 1");
+}
+
+/// wgpu's counts of objects and memory: buffers, their bytes, bind groups, pipelines, modules, query sets, allocations.
+fn objects(context: &Context) -> [isize; 8] {
+    let hal = context.counters().hal;
+    [
+        hal.buffers.read(),
+        hal.buffer_memory.read(),
+        hal.bind_groups.read(),
+        hal.bind_group_layouts.read(),
+        hal.compute_pipelines.read(),
+        hal.shader_modules.read(),
+        hal.query_sets.read(),
+        hal.memory_allocations.read(),
+    ]
+}
+
+#[test]
+fn frames_allocate_nothing() {
+    if skipped() {
+        return;
+    }
+    let frame = |index: u64| {
+        Scene::default().frame(index, tiny_camera(), pose(0.01 * index as f64, 0.0, 0.0, 0.6, 0.3))
+    };
+    let mut pipeline = open(&small_map(), &frame(0));
+    (0..4).for_each(|index| drop(step(&mut pipeline, &frame(index))));
+    let before = objects(pipeline.executor().context());
+    assert!(before[0] > 5 && before[1] > 100_000 && before[4] >= 9, "{before:?}");
+    (4..54).for_each(|index| drop(step(&mut pipeline, &frame(index))));
+    assert_eq!(objects(pipeline.executor().context()), before);
+    // The control: a second executor on the same device shows in every count but those of queries.
+    let job = job(&small_map(), tiny_camera());
+    let plan = pipeline::plan(&job, &pipeline::stages(&job)).unwrap();
+    let second = Executor::build(pipeline.executor().context(), plan).unwrap();
+    let after = objects(second.context());
+    assert!([0, 1, 2, 4].iter().all(|&i| after[i] > before[i]), "{before:?} {after:?}");
+}

@@ -1,0 +1,213 @@
+//! Runs one pass on given data: a plan of that pass alone, whose outputs hold a sentinel before it.
+
+use std::cell::RefCell;
+use std::collections::HashMap;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use bytemuck::{Pod, bytes_of, cast_slice, pod_read_unaligned};
+use limpid::gpu::{Context, Executor, Invocations, Params, Plan, ShaderSource};
+
+use crate::support::compare::{EXACT, compare};
+use crate::support::say;
+
+/// What outputs hold before the pass; as a float it is a NaN, which the comparator refuses.
+pub(crate) const SENTINEL: u32 = 0x7fc0_dead;
+
+/// Words behind every buffer that a pass writes; they must keep what they hold.
+const GUARD: usize = 16;
+
+/// Copies an upload into a buffer that only passes may write.
+const PREFILL: ShaderSource = ShaderSource {
+    name: "prefill",
+    parts: &["
+@group(0) @binding(0) var<storage, read> filling: array<u32>;
+@group(0) @binding(1) var<storage, read_write> filled: array<u32>;
+
+@compute @workgroup_size(64)
+fn prefill(@builtin(global_invocation_id) id: vec3<u32>) {
+    if id.x < arrayLength(&filled) {
+        filled[id.x] = filling[id.x];
+    }
+}
+"],
+};
+
+/// Whether GPU tests are to be left out (`LIMPID_SKIP_GPU=1`); says how many were so far, past libtest's capture.
+pub(crate) fn skipped() -> bool {
+    static SKIPPED: AtomicUsize = AtomicUsize::new(0);
+    let skip = std::env::var("LIMPID_SKIP_GPU").is_ok_and(|value| value == "1");
+    if skip {
+        let count = SKIPPED.fetch_add(1, Ordering::Relaxed) + 1;
+        say(&format!("GPU tests skipped so far: {count}"));
+    }
+    skip
+}
+
+/// The device of this thread, and so of this test alone: an error that wgpu reports fails the test that caused it.
+fn context(plan: &Plan) -> limpid::Result<Context> {
+    thread_local!(static CONTEXT: RefCell<Option<Context>> = const { RefCell::new(None) });
+    CONTEXT.with_borrow_mut(|kept| {
+        if kept.is_none() {
+            *kept = Some(Context::open(None, &plan.requirements(), false)?);
+        }
+        Ok(kept.clone().unwrap())
+    })
+}
+
+/// A pass under construction, with the data of its buffers.
+#[derive(Default)]
+pub(crate) struct Fragment {
+    plan: Plan,
+    inputs: Vec<(String, Vec<u8>)>,
+    changed: Vec<(String, usize)>,
+    constants: Vec<(&'static str, bool)>,
+}
+
+impl Fragment {
+    pub(crate) fn new() -> Self {
+        Self::default()
+    }
+
+    /// Parameters.
+    pub(crate) fn params<P: Params>(mut self, name: &str, params: &P) -> Self {
+        self.plan.uniform::<P>(name).unwrap();
+        self.inputs.push((name.into(), bytes_of(params).to_vec()));
+        self
+    }
+
+    /// Values of the pass's `override` constants; without them it runs with its defaults.
+    pub(crate) fn constants(mut self, constants: &[(&'static str, bool)]) -> Self {
+        self.constants = constants.to_vec();
+        self
+    }
+
+    /// A buffer that the pass reads.
+    pub(crate) fn input<T: Pod>(mut self, name: &str, data: &[T]) -> Self {
+        let bytes = cast_slice::<T, u8>(data).to_vec();
+        self.plan.upload(name, bytes.len() as u64).unwrap();
+        self.inputs.push((name.into(), bytes));
+        self
+    }
+
+    /// A buffer that the pass changes, with what it holds before.
+    pub(crate) fn changed<T: Pod>(mut self, name: &str, before: &[T]) -> Self {
+        let mut words: Vec<u32> =
+            cast_slice::<T, u8>(before).chunks_exact(4).map(pod_read_unaligned).collect();
+        self.changed.push((name.into(), words.len()));
+        words.extend([SENTINEL; GUARD]);
+        let filling = format!("{name}_before");
+        self = self.input(&filling, &words);
+        self.plan.scratch(name, words.len() as u64 * 4).unwrap();
+        self.plan.read_back(name).unwrap();
+        let count = Invocations::line(u32::try_from(words.len()).unwrap());
+        self.plan.step(PREFILL, count, &[("filling", &filling), ("filled", name)]).unwrap();
+        self
+    }
+
+    /// A buffer of `words` words that the pass writes; it holds [`SENTINEL`]s before.
+    pub(crate) fn output(self, name: &str, words: usize) -> Self {
+        self.changed(name, &vec![SENTINEL; words])
+    }
+
+    /// Runs the pass once.
+    pub(crate) fn run(self, source: ShaderSource, invocations: Invocations) -> Outputs {
+        self.try_run(source, invocations).unwrap()
+    }
+
+    /// Runs the pass once.
+    ///
+    /// # Errors
+    /// Those of the plan and the GPU.
+    pub(crate) fn try_run(
+        mut self,
+        source: ShaderSource,
+        invocations: Invocations,
+    ) -> limpid::Result<Outputs> {
+        self.plan.step(source, invocations, &[])?;
+        self.plan.with(&self.constants)?;
+        let context = context(&self.plan)?;
+        let mut executor = Executor::build(&context, self.plan)?;
+        let mut input = executor.begin()?;
+        for (name, data) in &self.inputs {
+            input.write(name, data)?;
+        }
+        input.submit()?;
+        let readback = executor.receive()?.unwrap();
+        let mut buffers = HashMap::new();
+        for (name, words) in self.changed {
+            let bytes = readback.bytes(executor.find(&name)?)?;
+            let mut all: Vec<u32> = bytes.chunks_exact(4).map(pod_read_unaligned).collect();
+            let guard = all.split_off(words);
+            assert!(guard.iter().all(|&word| word == SENTINEL), "the pass wrote behind the end of `{name}`");
+            buffers.insert(name, all);
+        }
+        Ok(Outputs { buffers })
+    }
+
+    /// Asserts that the plan refuses the pass over no invocations at all.
+    #[track_caller]
+    pub(crate) fn refuses_nothing(mut self, source: ShaderSource) {
+        for extent in [[0, 1, 1], [1, 0, 1]] {
+            let reason = self.plan.step(source, Invocations(extent), &[]).unwrap_err().to_string();
+            assert!(reason.contains(source.name) && reason.contains("an extent is 0"), "{reason}");
+        }
+    }
+}
+
+/// What the changed buffers held after the pass.
+pub(crate) struct Outputs {
+    buffers: HashMap<String, Vec<u32>>,
+}
+
+impl Outputs {
+    /// The words of a buffer.
+    pub(crate) fn words(&self, name: &str) -> &[u32] {
+        &self.buffers[name]
+    }
+
+    /// A buffer as floats.
+    pub(crate) fn floats(&self, name: &str) -> Vec<f32> {
+        self.words(name).iter().map(|&word| f32::from_bits(word)).collect()
+    }
+}
+
+#[test]
+#[should_panic(expected = "wrote behind the end")]
+fn notices_writes_behind_the_end() {
+    const SPILL: ShaderSource = ShaderSource {
+        name: "spill",
+        parts: &["
+@group(0) @binding(0) var<storage, read_write> out: array<u32>;
+@compute @workgroup_size(64)
+fn spill(@builtin(global_invocation_id) id: vec3<u32>) {
+    out[id.x] = 1u;
+}
+"],
+    };
+    if skipped() {
+        panic!("skipped, not: wrote behind the end");
+    }
+    Fragment::new().output("out", 5).run(SPILL, Invocations::line(5));
+}
+
+#[test]
+fn unwritten_outputs_keep_the_sentinel() {
+    const HALF: ShaderSource = ShaderSource {
+        name: "half",
+        parts: &["
+@group(0) @binding(0) var<storage, read_write> out: array<u32>;
+@compute @workgroup_size(4)
+fn half(@builtin(global_invocation_id) id: vec3<u32>) {
+    if id.x < 2u {
+        out[id.x] = 7u;
+    }
+}
+"],
+    };
+    if skipped() {
+        return;
+    }
+    let out = Fragment::new().output("out", 4).run(HALF, Invocations::line(4));
+    assert_eq!(out.words("out"), [7, 7, SENTINEL, SENTINEL]);
+    assert!(compare("out", &out.floats("out"), &[7.0_f32; 4], EXACT).is_err());
+}
