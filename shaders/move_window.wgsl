@@ -12,7 +12,8 @@ struct MoveWindowParams {
 @group(0) @binding(0) var<uniform> move_window_params: MoveWindowParams;
 @group(0) @binding(1) var<storage, read_write> cells: array<vec4<u32>>;
 @group(0) @binding(2) var<storage, read_write> cell_hits: array<vec4<u32>>;
-@group(0) @binding(3) var<storage, read_write> counters: array<u32>;
+@group(0) @binding(3) var<storage, read_write> seen_through: array<u32>;
+@group(0) @binding(4) var<storage, read_write> counters: array<u32>;
 
 @compute @workgroup_size(16, 4)
 fn move_window(@builtin(global_invocation_id) id: vec3<u32>) {
@@ -26,6 +27,7 @@ fn move_window(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     cell_hits[y * side + x] = vec4(0u);
+    seen_through[y * side + x] = 0u;
     let old_x = i32(x) + move_window_params.shift_x;
     let old_y = i32(y) + move_window_params.shift_y;
     let stayed = old_x >= 0 && old_y >= 0 && old_x < i32(side) && old_y < i32(side);

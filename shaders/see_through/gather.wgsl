@@ -27,8 +27,8 @@ struct SeeThroughGatherParams {
     height_max_m: f32,
     tau: f32,
     tiles_x: u32,
-    pad0: u32,
-    pad1: u32,
+    first_x: u32,       // the view's cells, the others are left as they are
+    first_y: u32,
 }
 
 @group(0) @binding(0) var<uniform> see_through_gather_params: SeeThroughGatherParams;
@@ -169,18 +169,18 @@ fn clearing_height(x: u32, y: u32) -> f32 {
 }
 
 @compute @workgroup_size(8, 8)
-fn gather(@builtin(global_invocation_id) id: vec3<u32>) {
+fn gather(@builtin(global_invocation_id) invocation: vec3<u32>) {
     let side = see_through_gather_params.side;
+    let id = invocation.xy + vec2(see_through_gather_params.first_x, see_through_gather_params.first_y);
     if id.x >= side || id.y >= side {
         return;
     }
     let cell = id.y * side + id.x;
-    let centre = (vec2<f32>(id.xy) + 0.5) * see_through_gather_params.resolution_m;
+    let centre = (vec2<f32>(id) + 0.5) * see_through_gather_params.resolution_m;
     let offset = centre - see_through_gather_params.camera_xy_m;
     let range = length(offset);
     let is_hit = cell_hits[cell].count >= see_through_gather_params.min_hits;
     if is_hit || range > see_through_gather_params.mark_range_m {
-        seen_through[cell] = 0u;
         return;
     }
     var seen = select(0u, 1u, cell_hits[cell].top == FLOOR);
@@ -190,5 +190,7 @@ fn gather(@builtin(global_invocation_id) id: vec3<u32>) {
         let stretch = stretch_of(centre, see_through_gather_params.height_min_m, clearing_height(id.x, id.y));
         seen = select(0u, 1u, any_ray_passes(stretch, 1.0 + reach / range));
     }
-    seen_through[cell] = seen;
+    if seen == 1u {
+        seen_through[cell] = 1u;
+    }
 }

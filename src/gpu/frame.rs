@@ -9,7 +9,7 @@ use crate::error::{Error, Result};
 use crate::gpu::arena::{Kind, Layout, Place};
 use crate::gpu::cache::PipelineStore;
 use crate::gpu::context::Context;
-use crate::gpu::plan::{BufferId, Plan, Role, Step};
+use crate::gpu::plan::{BufferId, Invocations, Plan, Role, Step};
 use crate::gpu::ring::Slot;
 use crate::gpu::shader::Params;
 use crate::gpu::timing::{PassSpan, Timing};
@@ -23,7 +23,11 @@ const TIMEOUT: Duration = Duration::from_secs(60);
 struct Dispatch {
     pipeline: wgpu::ComputePipeline,
     bind_group: wgpu::BindGroup,
+    /// As the plan has it: the most a frame may ask for.
+    planned: [u32; 3],
+    /// For the frame being written.
     workgroups: [u32; 3],
+    workgroup_size: [u32; 3],
     name: &'static str,
 }
 
@@ -345,6 +349,22 @@ impl FrameInput<'_> {
         self.write(name, &vec![0; usize::try_from(bytes).unwrap_or(0)])
     }
 
+    /// Runs a pass over fewer invocations than planned, in this frame alone.
+    ///
+    /// # Errors
+    /// [`Error::Input`] where there is no such pass or the plan has fewer.
+    pub fn limit(&mut self, pass: &str, invocations: Invocations) -> Result<()> {
+        let bad = |reason: &str| Error::Input { what: pass.into(), reason: reason.into() };
+        let dispatch = self.executor.dispatches.iter_mut().find(|dispatch| dispatch.name == pass);
+        let dispatch = dispatch.ok_or_else(|| bad("the plan has no such pass"))?;
+        let workgroups = invocations.workgroups(dispatch.workgroup_size);
+        if workgroups.iter().zip(&dispatch.planned).any(|(now, planned)| now > planned) {
+            return Err(bad("is asked for more invocations than planned"));
+        }
+        dispatch.workgroups = workgroups;
+        Ok(())
+    }
+
     /// Hands the frame to the GPU: one command buffer, one submit.
     ///
     /// # Errors
@@ -355,6 +375,9 @@ impl FrameInput<'_> {
         let slot = executor.next_slot;
         executor.staging[slot].buffer.unmap();
         let commands = executor.encode(slot);
+        for dispatch in &mut executor.dispatches {
+            dispatch.workgroups = dispatch.planned;
+        }
         let index = executor.context.queue.submit([commands]);
         executor.staging[slot].request_map();
         executor.landing[slot].request_map();
@@ -440,7 +463,14 @@ fn compile(
     let bind_group = device.create_bind_group(&descriptor);
     match pollster::block_on(scope.pop()) {
         Some(error) => Err(Error::Gpu { what: step.shader.name.into(), reason: error.to_string() }),
-        None => Ok(Dispatch { pipeline, bind_group, workgroups: step.workgroups, name: step.shader.name }),
+        None => Ok(Dispatch {
+            pipeline,
+            bind_group,
+            planned: step.workgroups,
+            workgroups: step.workgroups,
+            workgroup_size: step.shader.workgroup_size,
+            name: step.shader.name,
+        }),
     }
 }
 

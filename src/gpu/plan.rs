@@ -48,6 +48,13 @@ impl Invocations {
         Self([count, 1, 1])
     }
 
+    /// Workgroups of `size` that cover them.
+    pub(crate) fn workgroups(self, size: [u32; 3]) -> [u32; 3] {
+        let [x, y, z] = self.0;
+        let [size_x, size_y, size_z] = size.map(|size| size.max(1));
+        [x.div_ceil(size_x), y.div_ceil(size_y), z.div_ceil(size_z)]
+    }
+
     /// `width` x `height`.
     pub fn area(width: u32, height: u32) -> Self {
         Self([width, height, 1])
@@ -193,9 +200,7 @@ impl Plan {
             self.check_fit(shader.name, binding, id)?;
             buffers.push(id);
         }
-        let [x, y, z] = invocations.0;
-        let [size_x, size_y, size_z] = shader.workgroup_size.map(|size| size.max(1));
-        let workgroups = [x.div_ceil(size_x), y.div_ceil(size_y), z.div_ceil(size_z)];
+        let workgroups = invocations.workgroups(shader.workgroup_size);
         if workgroups.contains(&0) {
             return Err(plan_error(shader.name, "has nothing to do: an extent is 0"));
         }

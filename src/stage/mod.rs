@@ -10,6 +10,7 @@ pub mod see_through;
 pub mod spatial_median;
 pub mod tally;
 pub mod update;
+pub mod view;
 pub mod weigh;
 
 use glam::{DVec3, Vec4};

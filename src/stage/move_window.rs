@@ -45,6 +45,7 @@ impl Stage for MoveWindow {
         plan.uniform::<MoveWindowParams>("move_window_params")?;
         plan.state("cells", job.grid_bytes(16))?;
         plan.scratch("cell_hits", job.grid_bytes(16))?;
+        plan.scratch("seen_through", job.grid_bytes(4))?;
         plan.scratch("counters", COUNTERS * 4)?;
         plan.step(MOVE_WINDOW, Invocations::area(job.side(), job.side()), &[])
     }

@@ -6,7 +6,7 @@ use crate::camera::CameraModel;
 use crate::error::Result;
 use crate::gpu::frame::FrameInput;
 use crate::gpu::{Invocations, Plan, ShaderSource};
-use crate::stage::{Job, Moment, Stage, rows, single};
+use crate::stage::{Job, Moment, Stage, rows, single, view};
 
 /// Farthest depths in tiles.
 pub const TILES: ShaderSource = ShaderSource {
@@ -109,10 +109,10 @@ crate::params! {
         pub tau: f32,
         /// Tiles across.
         pub tiles_x: u32,
-        /// Unused.
-        pub pad0: u32,
-        /// Unused.
-        pub pad1: u32,
+        /// First cell of the view along x.
+        pub first_x: u32,
+        /// First cell of the view along y.
+        pub first_y: u32,
     }
 }
 
@@ -169,7 +169,6 @@ impl Stage for SeeThrough {
         for tiles in ["tile_far_m", "around_far_m"] {
             plan.scratch(tiles, u64::from(tiles_x) * u64::from(tiles_y) * 4)?;
         }
-        plan.scratch("seen_through", job.grid_bytes(4))?;
         let depth = &[("depth_m", job.depth_buffer())];
         plan.step(TILES, Invocations::area(tiles_x, tiles_y), &[])?;
         plan.step(AROUND, Invocations::area(tiles_x, tiles_y), &[])?;
@@ -183,6 +182,9 @@ impl Stage for SeeThrough {
         let [lens_a, lens_b] = lens(&job.depth);
         let [focal_px, centre_px] = pinhole(&job.depth);
         let [origin_slot_x, origin_slot_y] = moment.window.origin_slot(job.side());
+        let [first_x, first_y, width, height] =
+            view::cells_in_view(self.field, moment.window_from_camera, config, job.side());
+        input.limit(GATHER.name, Invocations::area(width, height))?;
         let params = SeeThroughGatherParams {
             camera_from_window_x: x,
             camera_from_window_y: y,
@@ -206,8 +208,8 @@ impl Stage for SeeThrough {
             height_max_m: single(config.height_max_m),
             tau: single(config.tau),
             tiles_x: tiles(&job.depth)[0],
-            pad0: 0,
-            pad1: 0,
+            first_x,
+            first_y,
         };
         let [tiles_x, tiles_y] = tiles(&job.depth);
         let in_tiles = SeeThroughTilesParams { width: job.depth.width, tiles_x, tiles_y, pad: 0 };

@@ -9,4 +9,5 @@ mod see_through;
 mod spatial_median;
 mod tally;
 mod update;
+mod view;
 mod weigh;

@@ -20,6 +20,7 @@ fn fragment(side: u32, window: Window, cells: &[[u32; 4]]) -> Fragment {
         .params("move_window_params", &params)
         .changed("cells", cells)
         .output("cell_hits", cells.len() * 4)
+        .output("seen_through", cells.len())
         .output("counters", 8)
 }
 
@@ -27,7 +28,12 @@ fn fragment(side: u32, window: Window, cells: &[[u32; 4]]) -> Fragment {
 fn moved(side: u32, window: Window, cells: &[[u32; 4]]) -> Vec<[u32; 4]> {
     let invocations = Invocations::area(side.max(8), side);
     let out = fragment(side, window, cells).run(MOVE_WINDOW, invocations);
-    assert!(out.words("cell_hits").iter().chain(out.words("counters")).all(|&word| word == 0));
+    assert!(
+        ["cell_hits", "seen_through", "counters"]
+            .iter()
+            .flat_map(|name| out.words(name))
+            .all(|&word| word == 0)
+    );
     out.words("cells").chunks_exact(4).map(|c| [c[0], c[1], c[2], c[3]]).collect()
 }
 

@@ -72,8 +72,8 @@ impl View {
             height_max_m: self.config.height_max_m as f32,
             tau: self.config.tau as f32,
             tiles_x: self.camera.width.div_ceil(8),
-            pad0: 0,
-            pad1: 0,
+            first_x: 0,
+            first_y: 0,
         }
     }
 
@@ -91,7 +91,7 @@ impl View {
             .input("cells", &vec![[0, 0, 0, steps]; cells])
             .input("cell_hits", hits)
             .input("around_far_m", &self.around())
-            .output("seen_through", cells)
+            .changed("seen_through", &vec![0_u32; cells])
     }
 
     /// Farthest trusted depth of each strip of eight pixels down a column.
