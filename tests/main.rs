@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking, in its helpers too")]
 #![allow(clippy::cast_possible_truncation, reason = "test data are small and known")]
 
+mod cli;
 mod config;
 mod map;
 mod plan;

@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, Parser, Subcommand};
 use limpid::config::Method;
-use limpid::{Config, Result};
+use limpid::{Config, Error, Result};
 
 /// Navigation costmaps that can be trusted around glare, glass and grass.
 #[derive(Debug, Parser)]
@@ -54,7 +54,15 @@ struct Common {
 
 impl Common {
     fn config(&self) -> Result<Config> {
-        let mut config = self.config.as_deref().map_or_else(|| Ok(Config::default()), Config::read)?;
+        // A file that is not there is wrong usage, as wrong content is.
+        let as_usage = |error| match error {
+            Error::File { .. } => Error::Yaml(error.to_string()),
+            other => other,
+        };
+        let mut config = match self.config.as_deref() {
+            Some(path) => Config::read(path).map_err(as_usage)?,
+            None => Config::default(),
+        };
         config.method = self.method.unwrap_or(config.method);
         config.validate()?;
         Ok(config)

@@ -3,41 +3,22 @@
 use std::collections::VecDeque;
 use std::time::Duration;
 
-use bytemuck::bytes_of;
-
 use crate::error::{Error, Result};
 use crate::gpu::arena::{Kind, Layout, Place};
 use crate::gpu::cache::PipelineStore;
 use crate::gpu::context::Context;
-use crate::gpu::plan::{BufferId, Invocations, Plan, Role, Step};
+use crate::gpu::dispatch::{Dispatch, allocate, compile};
+use crate::gpu::input::FrameInput;
+use crate::gpu::plan::{BufferId, Plan, Role};
+use crate::gpu::readback::{Landing, Readback, landings};
 use crate::gpu::ring::Slot;
-use crate::gpu::shader::Params;
-use crate::gpu::timing::{PassSpan, Timing};
+use crate::gpu::timing::Timing;
 
 /// Frames that may be under way at once, so that upload, compute and readback overlap.
 pub const FRAMES_IN_FLIGHT: usize = 3;
 
 /// How long a frame may take before it counts as hung.
 const TIMEOUT: Duration = Duration::from_secs(60);
-
-struct Dispatch {
-    pipeline: wgpu::ComputePipeline,
-    bind_group: wgpu::BindGroup,
-    /// As the plan has it: the most a frame may ask for.
-    planned: [u32; 3],
-    /// For the frame being written.
-    workgroups: [u32; 3],
-    workgroup_size: [u32; 3],
-    name: &'static str,
-}
-
-/// A range of a readback slot.
-#[derive(Debug, Clone, Copy)]
-struct Landing {
-    id: BufferId,
-    offset: u64,
-    bytes: u64,
-}
 
 struct InFlight {
     slot: usize,
@@ -46,11 +27,11 @@ struct InFlight {
 
 /// A built plan.
 pub struct Executor {
-    context: Context,
-    plan: Plan,
-    layout: Layout,
+    pub(crate) context: Context,
+    pub(crate) plan: Plan,
+    pub(crate) layout: Layout,
     allocations: Vec<wgpu::Buffer>,
-    dispatches: Vec<Dispatch>,
+    pub(crate) dispatches: Vec<Dispatch>,
     staging: Vec<Slot>,
     landing: Vec<Slot>,
     landings: Vec<Landing>,
@@ -58,29 +39,6 @@ pub struct Executor {
     host_arena: Option<usize>,
     next_slot: usize,
     in_flight: VecDeque<InFlight>,
-}
-
-/// What came back from one frame.
-#[derive(Debug, Clone)]
-pub struct Readback {
-    data: Vec<u8>,
-    landings: Vec<Landing>,
-    /// Name and time span of each pass, when the device was opened for profiling.
-    pub spans: Vec<(&'static str, PassSpan)>,
-}
-
-impl Readback {
-    /// The bytes of a buffer that the plan reads back.
-    ///
-    /// # Errors
-    /// [`Error::Gpu`] where the plan does not read it back.
-    pub fn bytes(&self, id: BufferId) -> Result<&[u8]> {
-        let range = self.landings.iter().find(|landing| landing.id == id).and_then(|landing| {
-            let start = usize::try_from(landing.offset).ok()?;
-            self.data.get(start..start + usize::try_from(landing.bytes).ok()?)
-        });
-        range.ok_or_else(|| Error::Gpu { what: "readback".into(), reason: "buffer was not read back".into() })
-    }
 }
 
 impl Executor {
@@ -306,183 +264,20 @@ impl Executor {
     fn timing_id(&self) -> BufferId {
         BufferId(self.plan.buffers().len())
     }
-}
 
-/// The inputs of one frame, written straight into a staging buffer.
-pub struct FrameInput<'a> {
-    executor: &'a mut Executor,
-    view: wgpu::BufferViewMut,
-}
-
-impl FrameInput<'_> {
-    /// Writes parameters.
-    ///
-    /// # Errors
-    /// [`Error::Input`] where the buffer is not a uniform of that size.
-    pub fn set<P: Params>(&mut self, name: &str, params: &P) -> Result<()> {
-        self.write(name, bytes_of(params))
-    }
-
-    /// Writes the first `data.len()` bytes of an upload buffer.
-    ///
-    /// # Errors
-    /// [`Error::Input`] where the buffer is not written by the host or is smaller.
-    pub fn write(&mut self, name: &str, data: &[u8]) -> Result<()> {
-        let id = self.executor.find(name)?;
-        let buffer = &self.executor.plan.buffers()[id.0];
-        let host = matches!(buffer.role, Role::Uniform(..) | Role::Upload);
-        if !host || data.len() as u64 > buffer.bytes {
-            let reason = format!("{} bytes do not fit an upload of {}", data.len(), buffer.bytes);
-            return Err(Error::Input { what: buffer.name.clone(), reason });
-        }
-        let start = usize::try_from(self.executor.layout.places[id.0].offset).unwrap_or(usize::MAX);
-        self.view.slice(start..start + data.len()).copy_from_slice(data);
-        Ok(())
-    }
-
-    /// Fills an upload buffer with zeros.
-    ///
-    /// # Errors
-    /// [`Error::Input`] where the buffer is not written by the host.
-    pub fn clear(&mut self, name: &str) -> Result<()> {
-        let bytes = self.executor.plan.buffers()[self.executor.find(name)?.0].bytes;
-        self.write(name, &vec![0; usize::try_from(bytes).unwrap_or(0)])
-    }
-
-    /// Runs a pass over fewer invocations than planned, in this frame alone.
-    ///
-    /// # Errors
-    /// [`Error::Input`] where there is no such pass or the plan has fewer.
-    pub fn limit(&mut self, pass: &str, invocations: Invocations) -> Result<()> {
-        let bad = |reason: &str| Error::Input { what: pass.into(), reason: reason.into() };
-        let dispatch = self.executor.dispatches.iter_mut().find(|dispatch| dispatch.name == pass);
-        let dispatch = dispatch.ok_or_else(|| bad("the plan has no such pass"))?;
-        let workgroups = invocations.workgroups(dispatch.workgroup_size);
-        if workgroups.iter().zip(&dispatch.planned).any(|(now, planned)| now > planned) {
-            return Err(bad("is asked for more invocations than planned"));
-        }
-        dispatch.workgroups = workgroups;
-        Ok(())
-    }
-
-    /// Hands the frame to the GPU: one command buffer, one submit.
-    ///
-    /// # Errors
-    /// [`Error::Gpu`] from wgpu's validation, [`Error::DeviceLost`].
-    pub fn submit(self) -> Result<()> {
-        let Self { executor, view } = self;
-        drop(view);
-        let slot = executor.next_slot;
-        executor.staging[slot].buffer.unmap();
-        let commands = executor.encode(slot);
-        for dispatch in &mut executor.dispatches {
+    /// Encodes and submits the frame whose inputs are written.
+    pub(crate) fn launch(&mut self) -> Result<()> {
+        let slot = self.next_slot;
+        self.staging[slot].buffer.unmap();
+        let commands = self.encode(slot);
+        for dispatch in &mut self.dispatches {
             dispatch.workgroups = dispatch.planned;
         }
-        let index = executor.context.queue.submit([commands]);
-        executor.staging[slot].request_map();
-        executor.landing[slot].request_map();
-        executor.next_slot = (slot + 1) % FRAMES_IN_FLIGHT;
-        executor.in_flight.push_back(InFlight { slot, index });
-        executor.context.check("submitting a frame")
+        let index = self.context.queue.submit([commands]);
+        self.staging[slot].request_map();
+        self.landing[slot].request_map();
+        self.next_slot = (slot + 1) % FRAMES_IN_FLIGHT;
+        self.in_flight.push_back(InFlight { slot, index });
+        self.context.check("submitting a frame")
     }
-}
-
-impl Dispatch {
-    fn encode(&self, pass: &mut wgpu::ComputePass<'_>) {
-        pass.set_pipeline(&self.pipeline);
-        pass.set_bind_group(0, &self.bind_group, &[]);
-        let [x, y, z] = self.workgroups;
-        pass.dispatch_workgroups(x, y, z);
-    }
-}
-
-fn allocate(context: &Context, layout: &Layout) -> Vec<wgpu::Buffer> {
-    use wgpu::BufferUsages as U;
-    let buffer = |arena: &crate::gpu::arena::Arena| {
-        let usage = match arena.kind {
-            Kind::Host => U::UNIFORM | U::STORAGE | U::COPY_DST | U::COPY_SRC,
-            Kind::Fixed => U::STORAGE | U::COPY_DST | U::COPY_SRC,
-            Kind::State | Kind::Scratch => U::STORAGE | U::COPY_DST | U::COPY_SRC,
-        };
-        let descriptor = wgpu::BufferDescriptor {
-            label: Some(match arena.kind {
-                Kind::Host => "host",
-                Kind::Fixed => "fixed",
-                Kind::State => "state",
-                Kind::Scratch => "scratch",
-            }),
-            size: arena.bytes,
-            usage,
-            mapped_at_creation: false,
-        };
-        context.device.create_buffer(&descriptor)
-    };
-    layout.arenas.iter().map(buffer).collect()
-}
-
-fn compile(
-    context: &Context,
-    step: &Step,
-    plan: &Plan,
-    layout: &Layout,
-    allocations: &[wgpu::Buffer],
-    store: &PipelineStore,
-) -> Result<Dispatch> {
-    let device = &context.device;
-    let label = Some(step.shader.name);
-    let scope = device.push_error_scope(wgpu::ErrorFilter::Validation);
-    let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-        label,
-        source: wgpu::ShaderSource::Wgsl(step.shader.source.as_str().into()),
-    });
-    let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-        label,
-        layout: None,
-        module: &module,
-        entry_point: Some(&step.shader.entry_point),
-        compilation_options: wgpu::PipelineCompilationOptions {
-            constants: &step.constants,
-            zero_initialize_workgroup_memory: false,
-        },
-        cache: store.cache(),
-    });
-    let entries: Vec<_> = step
-        .uses()
-        .map(|(binding, id)| {
-            let place = layout.places[id.0];
-            let resource = wgpu::BindingResource::Buffer(wgpu::BufferBinding {
-                buffer: &allocations[place.arena],
-                offset: place.offset,
-                size: std::num::NonZeroU64::new(plan.buffers()[id.0].bytes),
-            });
-            wgpu::BindGroupEntry { binding: binding.slot, resource }
-        })
-        .collect();
-    let bind_layout = pipeline.get_bind_group_layout(0);
-    let descriptor = wgpu::BindGroupDescriptor { label, layout: &bind_layout, entries: &entries };
-    let bind_group = device.create_bind_group(&descriptor);
-    match pollster::block_on(scope.pop()) {
-        Some(error) => Err(Error::Gpu { what: step.shader.name.into(), reason: error.to_string() }),
-        None => Ok(Dispatch {
-            pipeline,
-            bind_group,
-            planned: step.workgroups,
-            workgroups: step.workgroups,
-            workgroup_size: step.shader.workgroup_size,
-            name: step.shader.name,
-        }),
-    }
-}
-
-/// Where each buffer that is read back lands, the pass times last, and the bytes of all.
-fn landings(plan: &Plan, timing: Option<&Timing>) -> (Vec<Landing>, u64) {
-    let mut offset = 0;
-    let mut list = Vec::new();
-    let read_back = plan.buffers().iter().enumerate().filter(|(_, buffer)| buffer.read_back);
-    let times = timing.map(|t| (plan.buffers().len(), t.resolved.size()));
-    for (index, bytes) in read_back.map(|(index, buffer)| (index, buffer.bytes)).chain(times) {
-        list.push(Landing { id: BufferId(index), offset, bytes });
-        offset = (offset + bytes).next_multiple_of(16);
-    }
-    (list, offset)
 }

@@ -3,13 +3,18 @@
 pub mod arena;
 mod cache;
 pub mod context;
+mod dispatch;
 pub mod frame;
+mod input;
 pub mod plan;
+mod readback;
 mod ring;
 pub mod shader;
 mod timing;
 
 pub use context::{AdapterReport, Context, Requirements, adapters};
-pub use frame::{Executor, Readback};
+pub use frame::Executor;
+pub use input::FrameInput;
 pub use plan::{BufferId, Invocations, Plan};
+pub use readback::Readback;
 pub use shader::{Access, Binding, Params, Shader, ShaderSource};

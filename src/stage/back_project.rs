@@ -5,8 +5,7 @@ use glam::{Vec2, Vec4};
 
 use crate::camera::{CameraModel, Distortion};
 use crate::error::Result;
-use crate::gpu::frame::FrameInput;
-use crate::gpu::{Invocations, Plan, ShaderSource};
+use crate::gpu::{FrameInput, Invocations, Plan, ShaderSource};
 use crate::stage::see_through::{TILE, pinhole};
 use crate::stage::{Job, Moment, Stage, rows, single};
 

@@ -4,8 +4,7 @@ use bytemuck::cast_slice;
 
 use crate::config::Config;
 use crate::error::Result;
-use crate::gpu::frame::FrameInput;
-use crate::gpu::{Invocations, Plan, ShaderSource};
+use crate::gpu::{FrameInput, Invocations, Plan, ShaderSource};
 use crate::stage::{Job, Moment, Stage};
 
 /// Occupied cells to bits.

@@ -6,8 +6,7 @@ use bytemuck::cast_slice;
 
 use crate::config::{Config, Method};
 use crate::error::Result;
-use crate::gpu::frame::FrameInput;
-use crate::gpu::{Invocations, Plan, ShaderSource};
+use crate::gpu::{FrameInput, Invocations, Plan, ShaderSource};
 use crate::recording::DepthSamples;
 use crate::stage::{Job, Moment, Stage, single};
 

@@ -20,8 +20,7 @@ use crate::config::{Config, Method};
 use crate::error::Result;
 use crate::frame::Grid;
 use crate::geometry::Rigid;
-use crate::gpu::Plan;
-use crate::gpu::frame::FrameInput;
+use crate::gpu::{FrameInput, Plan};
 use crate::recording::RgbdFrame;
 
 /// What a pipeline is built for: configuration, and the kind and size of its images.

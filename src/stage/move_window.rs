@@ -1,8 +1,7 @@
 //! The rolling window (spec 1 §3): a ring buffer of cells, moved by whole cells.
 
 use crate::error::Result;
-use crate::gpu::frame::FrameInput;
-use crate::gpu::{Invocations, Plan, ShaderSource};
+use crate::gpu::{FrameInput, Invocations, Plan, ShaderSource};
 use crate::stage::{Job, Moment, Stage};
 
 /// The pass.

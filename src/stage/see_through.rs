@@ -4,8 +4,7 @@ use glam::{Vec2, Vec4};
 
 use crate::camera::CameraModel;
 use crate::error::Result;
-use crate::gpu::frame::FrameInput;
-use crate::gpu::{Invocations, Plan, ShaderSource};
+use crate::gpu::{FrameInput, Invocations, Plan, ShaderSource};
 use crate::stage::{Job, Moment, Stage, rows, single, view};
 
 /// Farthest depths in tiles.

@@ -1,8 +1,7 @@
 //! 5x5 median of valid depths (spec 1 §4).
 
 use crate::error::Result;
-use crate::gpu::frame::FrameInput;
-use crate::gpu::{Invocations, Plan, ShaderSource};
+use crate::gpu::{FrameInput, Invocations, Plan, ShaderSource};
 use crate::stage::{Job, Moment, Stage};
 
 /// The pass.

@@ -1,8 +1,7 @@
 //! Counters of a frame (spec 1 §5).
 
 use crate::error::Result;
-use crate::gpu::frame::FrameInput;
-use crate::gpu::{Invocations, Plan, ShaderSource};
+use crate::gpu::{FrameInput, Invocations, Plan, ShaderSource};
 use crate::stage::{Job, Moment, Stage};
 
 /// The pass.

@@ -5,8 +5,7 @@ use std::borrow::Cow;
 use bytemuck::cast_slice;
 
 use crate::error::Result;
-use crate::gpu::frame::FrameInput;
-use crate::gpu::{Invocations, Plan, ShaderSource};
+use crate::gpu::{FrameInput, Invocations, Plan, ShaderSource};
 use crate::stage::ingest::aligned_for_upload;
 use crate::stage::{Job, Moment, Stage};
 

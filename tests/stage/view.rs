@@ -42,7 +42,7 @@ fn truth_no_ray_leaves_the_box_in_any_attitude() {
     let (config, camera, mut random) = (small_map(), tiny_camera(), Random(81));
     let mut narrower = 0;
     for _ in 0..200 {
-        let angles = [0; 3].map(|_| f64::from(random.unit()) * 6.28);
+        let angles = [0; 3].map(|_| f64::from(random.unit()) * std::f64::consts::TAU);
         let rotation = DQuat::from_euler(EulerRot::ZYX, angles[0], angles[1], angles[2]);
         let translation_m = DVec3::new(f64::from(random.unit()) * 6.0, f64::from(random.unit()) * 6.0, 1.0);
         let from_camera = Rigid { rotation, translation_m };
