@@ -134,7 +134,8 @@ fn cell_of(point: vec3<f32>) -> u32 {
     let side = back_project_params.side;
     let cell = floor(point.xy / back_project_params.resolution_m);
     let inside = all(cell >= vec2(0.0)) && all(cell < vec2(f32(side)));
-    if !inside || distance(point.xy, camera) > back_project_params.mark_range_m {
+    let offset = point.xy - camera;
+    if !inside || dot(offset, offset) > back_project_params.mark_range_m * back_project_params.mark_range_m {
         return NO_CELL;
     }
     return u32(cell.y) * side + u32(cell.x);
@@ -147,14 +148,37 @@ fn strip_of(group: u32, lane: u32) -> vec2<u32> {
     return vec2(block / back_project_params.groups_y * GROUP + lane, block % back_project_params.groups_y);
 }
 
-// Where a trusted pixel's point counts: cell, weight, and height in steps (FLOOR for a floor point).
-fn place(point: vec3<f32>, weight: f32) -> vec3<u32> {
+// What one pixel gives.
+struct Look {
+    cell: u32,          // NO_CELL: it marks nothing
+    weight: u32,
+    top: u32,
+    far: f32,           // its depth where it is trusted
+    counts: u32,        // packed: valid, low reliability, hit
+}
+
+fn look(u: u32, v: u32) -> Look {
+    let inside = v < back_project_params.height;
+    let pixel = min(v, back_project_params.height - 1u) * back_project_params.width + u;
+    let depth = depth_m[pixel];
+    let weight = weight_of(pixel, depth);
+    let ray = ray_of(pixel, u, v);
+    let trusted = weight > back_project_params.tau;
+    let usable = inside && trusted && depth > 0.0;
+    let point = in_window(ray, depth);
     let above_min = point.z - back_project_params.height_min_m;
     let is_hit = above_min >= 0.0 && point.z <= back_project_params.height_max_m;
     let is_floor = abs(point.z) < back_project_params.height_min_m;
-    let top = select(FLOOR, height_to_steps(above_min), is_hit);
-    let cell = select(NO_CELL, cell_of(point), is_hit || is_floor);
-    return vec3(cell, u32(weight * back_project_params.weight_scale + 0.5), top);
+    let cell = cell_of(point);
+    let marks = usable && ray.x < NO_RAY && (is_hit || is_floor) && cell != NO_CELL;
+    let valid = select(0u, 1u, depth > 0.0);
+    return Look(
+        select(NO_CELL, cell, marks),
+        u32(weight * back_project_params.weight_scale + 0.5),
+        select(FLOOR, height_to_steps(above_min), is_hit),
+        select(0.0, depth, usable),
+        select(0u, pack_counts(valid, select(1u, 0u, trusted), select(0u, 1u, marks && is_hit)), inside),
+    );
 }
 
 @compute @workgroup_size(GROUP)
@@ -165,33 +189,23 @@ fn back_project(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocati
     if group.x >= back_project_params.groups || strip.x >= width {
         return;
     }
-    var counts = vec3(0u);      // valid, low reliability, hits
+    var counts = 0u;
     var run = Run(NO_CELL, 0u, 0u, 0u);
     for (var tile = 2u * strip.y; tile < 2u * strip.y + 2u && tile * TILE < height; tile++) {
         var far = 0.0;
         for (var v = tile * TILE; v < (tile + 1u) * TILE; v += 4u) {
-            var four: Four;
-            for (var i = 0u; i < 4u; i++) {
-                let inside = v + i < height;
-                let pixel = min(v + i, height - 1u) * width + strip.x;
-                let depth = depth_m[pixel];
-                let weight = weight_of(pixel, depth);
-                let ray = ray_of(pixel, strip.x, v + i);
-                let trusted = weight > back_project_params.tau;
-                let usable = inside && trusted && depth > 0.0;
-                let at = place(in_window(ray, depth), weight);
-                let marks = usable && ray.x < NO_RAY && at.x != NO_CELL;
-                four.cells[i] = select(NO_CELL, at.x, marks);
-                four.weights[i] = at.y;
-                four.tops[i] = at.z;
-                far = max(far, select(0.0, depth, usable));
-                let seen = vec3(depth > 0.0, !trusted, marks && at.z > FLOOR);
-                counts += select(vec3(0u), vec3(1u), seen & vec3(inside));
-            }
-            run = extend(run, four);
+            let a = look(strip.x, v);
+            let b = look(strip.x, v + 1u);
+            let c = look(strip.x, v + 2u);
+            let d = look(strip.x, v + 3u);
+            far = max(far, max(max(a.far, b.far), max(c.far, d.far)));
+            counts += a.counts + b.counts + c.counts + d.counts;
+            let cells = vec4(a.cell, b.cell, c.cell, d.cell);
+            let weights = vec4(a.weight, b.weight, c.weight, d.weight);
+            run = extend(run, Four(cells, weights, vec4(a.top, b.top, c.top, d.top)));
         }
         strip_far_m[tile * width + strip.x] = far;
     }
     flush(run);
-    strip_counts[strip.y * width + strip.x] = pack_counts(counts.x, counts.y, counts.z);
+    strip_counts[strip.y * width + strip.x] = counts;
 }
