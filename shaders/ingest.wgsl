@@ -2,19 +2,22 @@
 // spec 1 §1 (invalid depth is 0), §4 (range gating, w = 1).
 struct IngestParams {
     words: u32,         // vec4 words of raw data
-    floats: u32,        // 1: float metres, 0: two 16-bit counts a word
     unit_m: f32,        // metres per count
     raw_min: u32,       // smallest and largest count taken as measured
     raw_max: u32,
     depth_min_m: f32,   // the same for floats
     depth_max_m: f32,
-    pad: u32,
+    pad0: u32,
+    pad1: u32,
 }
 
 @group(0) @binding(0) var<uniform> ingest_params: IngestParams;
 @group(0) @binding(1) var<storage, read> depth_raw: array<vec4<u32>>;
 @group(0) @binding(2) var<storage, read_write> depth_m: array<vec4<f32>>;
 @group(0) @binding(3) var<storage, read_write> reliability: array<vec4<f32>>;
+
+// Whether samples are float metres, else 16-bit counts, two a word.
+override floats: bool = false;
 
 fn from_counts(words: vec2<u32>) -> vec4<f32> {
     let raw = vec4(words.x & 0xffffu, words.x >> 16u, words.y & 0xffffu, words.y >> 16u);
@@ -41,7 +44,7 @@ fn ingest(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let raw = depth_raw[i];
-    if ingest_params.floats == 1u {
+    if floats {
         store(i, vec4(from_float(raw.x), from_float(raw.y), from_float(raw.z), from_float(raw.w)));
     } else {
         store(2u * i, from_counts(raw.xy));

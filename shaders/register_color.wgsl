@@ -28,10 +28,13 @@ fn byte(index: u32) -> u32 {
     return (color_raw[index / 4u] >> (8u * (index % 4u))) & 0xffu;
 }
 
+// Branches on parameters would make lavapipe compile the pass anew for every frame, so both ways are
+// computed and one is selected.
 fn color_pixel_of(pixel: u32) -> i32 {
-    if register_color_params.aligned == 1u {
-        return i32(pixel);
-    }
+    return select(projected(pixel), i32(pixel), register_color_params.aligned == 1u);
+}
+
+fn projected(pixel: u32) -> i32 {
     let depth = depth_m[pixel];
     if depth <= 0.0 {
         return -1;

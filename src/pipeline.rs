@@ -4,10 +4,9 @@ use std::collections::VecDeque;
 
 use crate::config::{Config, Method};
 use crate::error::Result;
-use crate::frame::{FrameOutput, Options};
-use crate::gpu::frame::FRAMES_IN_FLIGHT;
+use crate::frame::Options;
 use crate::gpu::{Context, Executor, Plan};
-use crate::receive::{Pending, check_fit, check_pose, check_recalibration, output, seconds_between};
+use crate::receive::{Pending, check_fit, check_pose, check_recalibration, seconds_between};
 use crate::recording::RgbdFrame;
 use crate::stage::{Job, Moment, Stage, Window};
 use crate::stage::{back_project, inflate, ingest, move_window, register_color, see_through};
@@ -55,12 +54,12 @@ pub fn plan(job: &Job, stages: &[Box<dyn Stage>]) -> Result<Plan> {
 
 /// Frames in, costmaps out, with up to three frames under way.
 pub struct Pipeline {
-    job: Job,
+    pub(crate) job: Job,
     stages: Vec<Box<dyn Stage>>,
-    executor: Executor,
+    pub(crate) executor: Executor,
     window: Option<Window>,
     last_stamp_ns: Option<u64>,
-    pending: VecDeque<Pending>,
+    pub(crate) pending: VecDeque<Pending>,
 }
 
 impl Pipeline {
@@ -113,25 +112,5 @@ impl Pipeline {
         self.job.depth = frame.depth.camera;
         self.stages = stages(&self.job);
         self.executor.rewrite_fixed("rays", &back_project::rays(&self.job.depth))
-    }
-
-    /// Waits for the oldest frame under way; `None` when there is none.
-    ///
-    /// # Errors
-    /// [`crate::Error::Gpu`], [`crate::Error::DeviceLost`].
-    pub fn receive(&mut self) -> Result<Option<FrameOutput>> {
-        let Some(readback) = self.executor.receive()? else { return Ok(None) };
-        let pending = self.pending.pop_front();
-        pending.map(|pending| output(pending, &readback, &self.executor, &self.job)).transpose()
-    }
-
-    /// Whether as many frames are under way as may be.
-    pub fn is_full(&self) -> bool {
-        self.executor.in_flight() >= FRAMES_IN_FLIGHT
-    }
-
-    /// The plan as built, and the device it runs on.
-    pub fn executor(&self) -> &Executor {
-        &self.executor
     }
 }

@@ -6,7 +6,9 @@ use crate::camera::{CameraModel, Distortion};
 use crate::error::{Error, Result};
 use crate::frame::{Counters, FrameImages, FrameLayers, FrameOutput, Grid, Options};
 use crate::geometry::Rigid;
+use crate::gpu::frame::FRAMES_IN_FLIGHT;
 use crate::gpu::{Executor, Readback};
+use crate::pipeline::Pipeline;
 use crate::recording::{DepthSamples, FramePose, RgbdFrame};
 use crate::stage::Job;
 
@@ -25,6 +27,28 @@ impl Options {
             images: self.images,
             layers: self.layers,
         }
+    }
+}
+
+impl Pipeline {
+    /// Waits for the oldest frame under way; `None` when there is none.
+    ///
+    /// # Errors
+    /// [`crate::Error::Gpu`], [`crate::Error::DeviceLost`].
+    pub fn receive(&mut self) -> Result<Option<FrameOutput>> {
+        let Some(readback) = self.executor.receive()? else { return Ok(None) };
+        let pending = self.pending.pop_front();
+        pending.map(|pending| output(pending, &readback, &self.executor, &self.job)).transpose()
+    }
+
+    /// Whether as many frames are under way as may be.
+    pub fn is_full(&self) -> bool {
+        self.executor.in_flight() >= FRAMES_IN_FLIGHT
+    }
+
+    /// The plan as built, and the device it runs on.
+    pub fn executor(&self) -> &Executor {
+        &self.executor
     }
 }
 

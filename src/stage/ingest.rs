@@ -21,8 +21,6 @@ crate::params! {
     pub struct IngestParams {
         /// vec4 words of raw data.
         pub words: u32,
-        /// 1: float metres; 0: 16-bit counts.
-        pub floats: u32,
         /// Metres per count.
         pub unit_m: f32,
         /// Smallest count taken as measured.
@@ -34,7 +32,9 @@ crate::params! {
         /// Largest depth taken as measured.
         pub depth_max_m: f32,
         /// Unused.
-        pub pad: u32,
+        pub pad0: u32,
+        /// Unused.
+        pub pad1: u32,
     }
 }
 
@@ -60,13 +60,13 @@ impl IngestParams {
         let beyond = |m: f64| m / unit > RAW_MAX + 1.0;
         Self {
             words,
-            floats: u32::from(unit_m.is_none()),
             unit_m: single(unit),
             raw_min: if beyond(min_m) { 65535 } else { count((min_m / unit - 1e-6).ceil()) },
             raw_max: if max_m < unit { 0 } else { count((max_m / unit + 1e-6).floor()) },
             depth_min_m: single(min_m),
             depth_max_m: single(max_m),
-            pad: 0,
+            pad0: 0,
+            pad1: 0,
         }
     }
 }
@@ -88,7 +88,8 @@ impl Stage for Ingest {
         let pixels_per_word = if job.float_depth { 4 } else { 8 };
         plan.scratch("depth_m", u64::from(words) * pixels_per_word * 4)?;
         plan.scratch("reliability", u64::from(words) * pixels_per_word * 4)?;
-        plan.step(INGEST, Invocations::line(words), &[])
+        plan.step(INGEST, Invocations::line(words), &[])?;
+        plan.with(&[("floats", job.float_depth)])
     }
 
     fn write(&self, moment: &Moment<'_>, input: &mut FrameInput<'_>) -> Result<()> {

@@ -30,6 +30,7 @@ fn fragment(config: &Config, samples: &DepthSamples) -> (Fragment, u32) {
     let params = IngestParams::new(config, words as u32, unit_m);
     let fragment = Fragment::new()
         .params("ingest_params", &params)
+        .constants(&[("floats", unit_m.is_none())])
         .input("depth_raw", &bytes)
         .output("depth_m", words * pixels_per_word)
         .output("reliability", words * pixels_per_word);
