@@ -70,8 +70,8 @@ fn main() -> Result<()> {
     let config = Config::default();
     let first = recording::open(input, &config)?.next_frame()?;
     let first = first.ok_or_else(|| Error::Empty { reason: "testdata/room.mcap is empty".into() })?;
-    let color = first.color.as_ref().map(|color| color.camera);
-    let options = Options { images: true, layers: true, color, ..Options::default() };
+    let options = Options { images: true, layers: true, ..Options::default() };
+    let options = options.with_color_of(std::iter::once(&first));
     let mut pipeline = Pipeline::open(&config, &first, &options)?;
     println!("{}", pipeline.executor().context().describe());
     println!("| frames | resident KiB | GPU buffers | GPU bytes | GPU allocations | bind groups |");

@@ -2,6 +2,7 @@
 
 use crate::camera::CameraModel;
 use crate::geometry::Rigid;
+use crate::recording::RgbdFrame;
 
 /// What a pipeline runs on and what it reads back beside the costmap.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -16,6 +17,18 @@ pub struct Options {
     pub layers: bool,
     /// Calibration of the colour images, where they are to be read back too.
     pub color: Option<CameraModel>,
+    /// Whether these lie on the depth grid in every frame, which is faster; a frame of which it is not true
+    /// is refused then.
+    pub color_aligned: bool,
+}
+
+impl Options {
+    /// With the colour calibration of the first of `frames` that has colour.
+    pub fn with_color_of<'a>(self, mut frames: impl Iterator<Item = &'a RgbdFrame>) -> Self {
+        let colored = frames.find(|frame| frame.color.is_some());
+        let color = colored.and_then(|frame| frame.color.as_ref()).map(|color| color.camera);
+        Self { color, color_aligned: colored.is_some_and(RgbdFrame::color_is_aligned), ..self }
+    }
 }
 
 /// Grid geometry: cell (0, 0) has its corner at the origin; row 0 is the smallest y.

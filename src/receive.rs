@@ -23,6 +23,7 @@ impl Options {
             depth: first.depth.camera,
             float_depth: matches!(first.depth.samples, DepthSamples::Metres(_)),
             color: self.color.filter(|_| self.images),
+            color_aligned: self.color_aligned,
             confidence: !config.confidence_topic.is_empty() || first.confidence.is_some(),
             images: self.images,
             layers: self.layers,

@@ -133,9 +133,8 @@ impl Run<'_> {
     fn frames(&mut self) -> Result<()> {
         self.source.look_ahead()?;
         let Some(first) = self.source.ahead.front() else { return Ok(()) };
-        let color = self.source.ahead.iter().find_map(|frame| frame.color.as_ref()).map(|color| color.camera);
         let start = Instant::now();
-        let options = Options { color, ..self.options.clone() };
+        let options = self.options.clone().with_color_of(self.source.ahead.iter());
         let mut pipeline = Pipeline::open(self.config, first, &options)?;
         self.report.build = start.elapsed();
         self.report.adapter = pipeline.executor().context().describe();

@@ -33,12 +33,9 @@ pub(crate) fn execute(arguments: &BenchArguments) -> Result<()> {
     let config = arguments.common.config()?;
     let mut recording = recording::open(&arguments.input, &config)?;
     let frames = frames(recording.as_mut(), FRAMES.min(arguments.samples))?;
-    let options = Options {
-        adapter: arguments.common.adapter.clone(),
-        images: arguments.images,
-        color: frames.iter().find_map(|frame| frame.color.as_ref()).map(|color| color.camera),
-        ..Options::default()
-    };
+    let options =
+        Options { adapter: arguments.common.adapter.clone(), images: arguments.images, ..Options::default() };
+    let options = options.with_color_of(frames.iter());
     let report = bench(&config, &options, &frames, arguments.samples)?;
     print!("{}", report.table());
     if let Some(path) = &arguments.json {

@@ -53,7 +53,7 @@ pub(crate) fn execute(arguments: &RunArguments) -> Result<()> {
         profiling: arguments.timing,
         images: outputs.mcap.is_some() || outputs.png.is_some() || outputs.dump.is_some(),
         layers: outputs.dump.is_some(),
-        color: None,
+        ..Options::default()
     };
     let range = arguments.frames.clone().unwrap_or(0..u64::MAX);
     let report = run_with_progress(recording.as_mut(), range, &config, &options, &outputs)?;

@@ -107,6 +107,14 @@ pub struct RgbdFrame {
     pub pose: Option<FramePose>,
 }
 
+impl RgbdFrame {
+    /// Whether there is colour and it lies on the depth grid: same frame, same calibration.
+    pub fn color_is_aligned(&self) -> bool {
+        let same = |color: &ColorImage| color.camera == self.depth.camera;
+        self.color.as_ref().is_some_and(same) && self.color_from_depth == Some(Rigid::IDENTITY)
+    }
+}
+
 /// Something the reader passed over, counted by topic and reason.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Skipped {

@@ -34,6 +34,8 @@ pub struct Job {
     pub float_depth: bool,
     /// Calibration of the colour images, where colour is wanted and there is some.
     pub color: Option<CameraModel>,
+    /// Whether colour lies on the depth grid in every frame.
+    pub color_aligned: bool,
     /// Whether frames carry the sensor's own confidence.
     pub confidence: bool,
     /// Whether images (depth, reliability, colour) are read back.

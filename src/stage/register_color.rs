@@ -66,7 +66,8 @@ impl Stage for RegisterColor {
         plan.uniform::<RegisterColorParams>("register_color_params")?;
         plan.upload("color_raw", u64::from(self.camera.width) * u64::from(self.camera.height) * 3)?;
         plan.product("color", job.image_bytes(4))?;
-        plan.step(REGISTER_COLOR, Invocations::line(job.pixels()), &[])
+        plan.step(REGISTER_COLOR, Invocations::line(job.pixels()), &[])?;
+        plan.with(&[("always_aligned", job.color_aligned)])
     }
 
     fn write(&self, moment: &Moment<'_>, input: &mut FrameInput<'_>) -> Result<()> {
@@ -80,6 +81,10 @@ impl Stage for RegisterColor {
                 "{}x{} where the recording began with {}x{}",
                 camera.width, camera.height, self.camera.width, self.camera.height
             );
+            return Err(Error::Input { what: "colour image".into(), reason });
+        }
+        if job.color_aligned && color.is_some() && !moment.frame.color_is_aligned() {
+            let reason = "leaves the depth grid on which it was when the recording began".into();
             return Err(Error::Input { what: "colour image".into(), reason });
         }
         let transform = transform.unwrap_or(Rigid::IDENTITY);
@@ -97,7 +102,7 @@ impl Stage for RegisterColor {
             color_width: camera.width,
             color_height: camera.height,
             pixels: job.pixels(),
-            aligned: u32::from(transform == Rigid::IDENTITY && camera == moment.frame.depth.camera),
+            aligned: u32::from(moment.frame.color_is_aligned()),
             present: u32::from(color.is_some()),
             pad0: 0,
             pad1: 0,

@@ -33,9 +33,17 @@ fn colour_on_the_depth_grid_comes_back_as_it_went_in() {
     if skipped() {
         return;
     }
-    let options = Options { color: Some(tiny_camera()), ..all() };
     let first = colored(0, tiny_camera());
-    let mut pipeline = Pipeline::open(&small_map(), &first, &options).unwrap();
+    let derived = all().with_color_of([frame(9, tiny_camera()), first.clone()].iter());
+    assert!(derived.color_aligned && derived.color == Some(tiny_camera()));
+    for options in [derived.clone(), Options { color_aligned: false, ..derived }] {
+        colour_comes_back(&options);
+    }
+}
+
+fn colour_comes_back(options: &Options) {
+    let first = colored(0, tiny_camera());
+    let mut pipeline = Pipeline::open(&small_map(), &first, options).unwrap();
     let out = step(&mut pipeline, &first);
     assert_eq!((color_of(&out), out.stamp_ns), (first.color.as_ref().unwrap().rgb.as_slice(), 5));
     let absent = step(&mut pipeline, &frame(1, tiny_camera()));
@@ -45,6 +53,14 @@ fn colour_on_the_depth_grid_comes_back_as_it_went_in() {
     let reason =
         pipeline.submit(&colored(3, CameraModel { width: 81, ..tiny_camera() })).unwrap_err().to_string();
     assert!(reason.contains("colour image") && reason.contains("81x60"), "{reason}");
+    let moved = Rigid { translation_m: glam::DVec3::X, ..Rigid::IDENTITY };
+    let elsewhere = RgbdFrame { color_from_depth: Some(moved), ..colored(3, tiny_camera()) };
+    match pipeline.submit(&elsewhere) {
+        Ok(()) => drop(pipeline.receive().unwrap()),
+        Err(error) => {
+            assert!(options.color_aligned && error.to_string().contains("leaves the depth grid"), "{error}");
+        }
+    }
     let after = step(&mut pipeline, &colored(4, tiny_camera()));
     assert_eq!(color_of(&after), colored(4, tiny_camera()).color.unwrap().rgb);
 }

@@ -33,6 +33,7 @@ pub(crate) fn job(config: &Config, depth: CameraModel) -> Job {
         depth,
         float_depth: true,
         color: None,
+        color_aligned: false,
         confidence: false,
         images: false,
         layers: true,
