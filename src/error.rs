@@ -104,6 +104,14 @@ pub enum Error {
     /// The device went away; the pipeline must be built anew.
     #[error("GPU device lost: {0}")]
     DeviceLost(String),
+    /// A weight file does not hold a network that limpid can run.
+    #[error("weights, {what}: {reason}")]
+    Weights {
+        /// The tensor, block or metadata key.
+        what: String,
+        /// What is wrong with it.
+        reason: String,
+    },
     /// A recording gave no frame that could be used.
     #[error("the recording gave no usable frame: {reason}")]
     Empty {

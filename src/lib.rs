@@ -12,6 +12,7 @@ mod receive;
 pub mod recording;
 pub mod run;
 pub mod stage;
+pub mod weights;
 
 pub use config::Config;
 pub use error::{Error, Result};

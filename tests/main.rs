@@ -13,4 +13,5 @@ mod reference;
 mod shaders;
 mod stage;
 mod support;
+mod weights;
 mod write;

@@ -4,6 +4,7 @@ mod bench;
 mod config;
 mod demo;
 mod info;
+mod net;
 mod profile;
 mod run;
 
@@ -32,6 +33,8 @@ enum Verb {
     Info(info::InfoArguments),
     /// Print every parameter with its default, as a file to start from
     Config,
+    /// Check a weight file and print weights, biases and multiply-accumulates by block
+    Net(net::NetArguments),
     /// Measure time per pass and per frame
     Bench(bench::BenchArguments),
     /// Write a trace of frames and passes that Perfetto (ui.perfetto.dev) opens
@@ -78,6 +81,7 @@ pub(crate) fn execute(arguments: Arguments) -> Result<()> {
             config::execute();
             Ok(())
         }
+        Verb::Net(arguments) => net::execute(&arguments),
         Verb::Bench(arguments) => bench::execute(&arguments),
         Verb::Profile(arguments) => profile::execute(&arguments),
     }
