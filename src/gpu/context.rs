@@ -120,7 +120,8 @@ pub fn adapters(name: Option<&str>) -> Result<Vec<AdapterReport>> {
 
 impl Context {
     /// Opens the adapter of that name (part of its name or driver; else `LIMPID_ADAPTER`, else the
-    /// best: real GPUs before software) with no more than `needs` and, for `profiling`, timestamps.
+    /// best: real GPUs before software), checks that it offers what `needs` asks for, and takes no features but
+    /// the pipeline cache and, for `profiling`, timestamps. Buffer limits are those of the adapter, up to 1 GiB.
     ///
     /// # Errors
     /// [`Error::NoAdapter`], [`Error::Limit`] where the adapter offers too little, [`Error::Gpu`] where

@@ -1,6 +1,6 @@
 //! WGSL files read with naga: a pass is declared by its file alone.
 
-use naga::valid::{Capabilities, GlobalUse, ModuleInfo, ValidationFlags, Validator};
+use naga::valid::{Capabilities, GlobalUse, ValidationFlags, Validator};
 
 use crate::error::{Error, Result};
 
@@ -123,7 +123,7 @@ impl Shader {
             .filter_map(|(handle, var)| Some((handle, var, var.binding?)))
             .map(|(handle, var, at)| {
                 let usage = info.get_entry_point(0)[handle];
-                binding(&module, &info, var, at, usage).map_err(bad)
+                binding(&module, var, at, usage).map_err(bad)
             })
             .collect::<Result<Vec<_>>>()?;
         bindings.sort_by_key(|b| b.slot);
@@ -140,7 +140,6 @@ impl Shader {
 
 fn binding(
     module: &naga::Module,
-    _info: &ModuleInfo,
     var: &naga::GlobalVariable,
     at: naga::ResourceBinding,
     usage: GlobalUse,

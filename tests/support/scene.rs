@@ -1,21 +1,13 @@
 //! Analytic frames for stage tests: planes and boxes seen by a pinhole camera, with exact depth.
 
 use glam::{DMat3, DQuat, DVec3};
-use limpid::camera::{CameraModel, Distortion};
+use limpid::camera::CameraModel;
 use limpid::geometry::Rigid;
 use limpid::recording::{DepthImage, DepthSamples, FramePose, RgbdFrame};
 
 /// 160x120 pixels, 57 degrees wide.
 pub(crate) fn small_camera() -> CameraModel {
-    CameraModel {
-        width: 160,
-        height: 120,
-        fx: 146.0,
-        fy: 146.0,
-        cx: 79.5,
-        cy: 59.5,
-        distortion: Distortion::None,
-    }
+    crate::support::drive::camera()
 }
 
 /// Base at (x, y) turned by `yaw`; camera `height_m` above it, pitched down by `pitch`, radians.
