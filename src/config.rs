@@ -21,6 +21,8 @@ pub enum Method {
     Median,
     /// As naive, but a cell marks only when hit in some of its last observed frames.
     Temporal,
+    /// Depth in `[depth_min_m, depth_max_m]`, weighted by the reliability that DRM-Net predicts.
+    Drm,
 }
 
 /// A transform that the recording lacks, stated by the user: pose of `child` in `parent`.
@@ -43,6 +45,8 @@ pub struct StaticTransform {
 pub struct Config {
     /// How depth becomes evidence.
     pub method: Method,
+    /// Weight file of DRM-Net (safetensors), for method drm.
+    pub weights: String,
 
     /// Depth image topic; empty: found by message type and name.
     pub depth_topic: String,
@@ -129,6 +133,7 @@ impl Default for Config {
     fn default() -> Self {
         Self {
             method: Method::Range,
+            weights: String::new(),
             depth_topic: String::new(),
             depth_info_topic: String::new(),
             color_topic: String::new(),

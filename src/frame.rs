@@ -15,7 +15,7 @@ pub struct Options {
     pub images: bool,
     /// Whether the grids beside the costmap are read back.
     pub layers: bool,
-    /// Calibration of the colour images, where they are to be read back too.
+    /// Calibration of the colour images; used where images are read back, and by method drm.
     pub color: Option<CameraModel>,
     /// Whether these lie on the depth grid in every frame, which is faster; a frame of which it is not true
     /// is refused then.

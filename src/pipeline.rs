@@ -5,11 +5,11 @@ use std::collections::VecDeque;
 use crate::config::{Config, Method};
 use crate::error::Result;
 use crate::frame::Options;
-use crate::gpu::{Context, Executor, Plan};
-use crate::receive::{Pending, check_fit, check_pose, check_recalibration, seconds_between};
+use crate::gpu::{Chosen, Executor, Plan};
+use crate::receive::{Pending, check_fit, check_pose, check_recalibration, load_drm, seconds_between};
 use crate::recording::RgbdFrame;
 use crate::stage::{Job, Moment, Stage, Window};
-use crate::stage::{back_project, inflate, ingest, move_window, register_color, see_through};
+use crate::stage::{back_project, drm, inflate, ingest, move_window, register_color, see_through};
 use crate::stage::{spatial_median, tally, update, weigh};
 
 /// The stages of one frame, in order (spec 1 §3: move window, update, hysteresis, inflate).
@@ -17,6 +17,12 @@ pub fn stages(job: &Job) -> Vec<Box<dyn Stage>> {
     let mut stages: Vec<Box<dyn Stage>> = vec![Box::new(ingest::Ingest)];
     if job.config.method == Method::Median {
         stages.push(Box::new(spatial_median::SpatialMedian));
+    }
+    let color = job.color.map(|camera| Box::new(register_color::RegisterColor { camera }) as Box<dyn Stage>);
+    let (color, shown_color) = if job.drm.is_some() { (color, None) } else { (None, color) };
+    stages.extend(color);
+    if let Some(drm) = &job.drm {
+        stages.push(Box::new(drm::DrmNet { drm: drm.clone() }));
     }
     if job.confidence {
         stages.push(Box::new(weigh::Weigh));
@@ -27,9 +33,7 @@ pub fn stages(job: &Job) -> Vec<Box<dyn Stage>> {
     stages.push(Box::new(update::Update));
     stages.push(Box::new(inflate::Inflate));
     stages.push(Box::new(tally::Tally));
-    if let Some(camera) = job.color {
-        stages.push(Box::new(register_color::RegisterColor { camera }));
-    }
+    stages.extend(shown_color);
     stages
 }
 
@@ -71,10 +75,12 @@ impl Pipeline {
     pub fn open(config: &Config, first: &RgbdFrame, options: &Options) -> Result<Self> {
         config.validate()?;
         first.depth.camera.validate()?;
-        let job = options.job(config, first);
+        let adapter = Chosen::find(options.adapter.as_deref())?;
+        let drm = load_drm(config, options, &adapter)?;
+        let job = options.job(config, first, drm);
         let stages = stages(&job);
         let plan = plan(&job, &stages)?;
-        let context = Context::open(options.adapter.as_deref(), &plan.requirements(), options.profiling)?;
+        let context = adapter.open(&plan.requirements(), options.profiling)?;
         let executor = Executor::build(&context, plan)?;
         Ok(Self { job, stages, executor, window: None, last_stamp_ns: None, pending: VecDeque::new() })
     }

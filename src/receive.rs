@@ -1,30 +1,37 @@
 //! Around the pipeline: whether a frame fits it, and a frame's result out of its readback.
 
+use std::sync::Arc;
+
 use bytemuck::pod_read_unaligned;
 
+use crate::config::{Config, Method};
 use crate::camera::{CameraModel, Distortion};
 use crate::error::{Error, Result};
 use crate::frame::{Counters, FrameImages, FrameLayers, FrameOutput, Grid, Options};
 use crate::geometry::Rigid;
 use crate::gpu::frame::FRAMES_IN_FLIGHT;
-use crate::gpu::{Executor, Readback};
+use crate::gpu::{Chosen, Executor, Readback};
+use crate::network::Backend;
 use crate::pipeline::Pipeline;
 use crate::recording::{DepthSamples, FramePose, RgbdFrame};
 use crate::stage::Job;
+use crate::stage::drm::Drm;
+use crate::weights::Network;
 
 /// State of an occupied cell in bits 0-1, as in `shaders/lib/cell.wgsl`.
 const OCCUPIED: u32 = 2;
 
 impl Options {
     /// What to build for frames like `first`.
-    pub(crate) fn job(&self, config: &crate::Config, first: &RgbdFrame) -> Job {
+    pub(crate) fn job(&self, config: &Config, first: &RgbdFrame, drm: Option<Drm>) -> Job {
         Job {
             config: config.clone(),
             depth: first.depth.camera,
             float_depth: matches!(first.depth.samples, DepthSamples::Metres(_)),
-            color: self.color.filter(|_| self.images),
+            color: self.color.filter(|_| self.images || drm.is_some()),
             color_aligned: self.color_aligned,
             confidence: !config.confidence_topic.is_empty() || first.confidence.is_some(),
+            drm,
             images: self.images,
             layers: self.layers,
         }
@@ -51,6 +58,27 @@ impl Pipeline {
     pub fn executor(&self) -> &Executor {
         &self.executor
     }
+}
+
+/// The network of method drm; `None` for the others.
+///
+/// # Errors
+/// [`Error::Config`] without a weight file, [`Error::Input`] without colour; those of reading weights.
+pub(crate) fn load_drm(config: &Config, options: &Options, adapter: &Chosen) -> Result<Option<Drm>> {
+    if config.method != Method::Drm {
+        return Ok(None);
+    }
+    if config.weights.is_empty() {
+        let reason = "is empty; method drm needs a weight file (--weights FILE)".into();
+        return Err(Error::Config { key: "weights".into(), reason });
+    }
+    if options.color.is_none() {
+        let reason = "none with a calibration among the first frames; method drm needs colour".into();
+        return Err(Error::Input { what: "colour image".into(), reason });
+    }
+    let path = std::path::Path::new(&config.weights);
+    let network = Network::from_bytes(&std::fs::read(path).map_err(Error::file(path))?)?;
+    Ok(Some(Drm { network: Arc::new(network), backend: Backend::of(adapter) }))
 }
 
 /// Refuses a pose with a NaN or an infinity, and a missing one.
@@ -164,7 +192,7 @@ pub(crate) fn output(
         degraded: low_reliability_fraction > job.config.degraded_fraction,
         images: job.images.then(|| reader.images(job)).transpose()?,
         layers: job.layers.then(|| reader.layers()).transpose()?,
-        pass_ms: readback.spans.iter().map(|(name, span)| ((*name).into(), span.length_ns * 1e-6)).collect(),
+        pass_ms: readback.spans.iter().map(|(name, span)| (name.to_string(), span.length_ns * 1e-6)).collect(),
         pass_start_ms: readback.spans.iter().map(|(_, span)| span.start_ns * 1e-6).collect(),
     })
 }

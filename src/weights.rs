@@ -154,6 +154,17 @@ impl Network {
         text
     }
 
+    /// Rows and columns of an input must be multiples of this: how much smaller the smallest tensor is.
+    pub fn size_factor(&self) -> usize {
+        let mut level = 0_u32;
+        let levels = self.blocks.iter().map(|block| {
+            level = (level + u32::from(block.shape.stride == 2))
+                .saturating_sub(u32::from(block.shape.upsample == 2));
+            level
+        });
+        1 << levels.max().unwrap_or(0)
+    }
+
     /// Rows and columns of each block's output for an input of `size`.
     pub fn resolutions(&self, size: [usize; 2]) -> Vec<[usize; 2]> {
         let mut now = size;
@@ -199,6 +210,10 @@ fn check_architecture(shapes: &[BlockShape]) -> Result<()> {
                 "stride {} with upsampling {} is not supported",
                 shape.stride, shape.upsample
             ));
+        }
+        let resampled = shape.upsample == 2 || shape.skip.is_some();
+        if shape.op != Op::Separable && resampled {
+            return fail("only `separable` blocks take a skip or upsample".into());
         }
         level += i32::from(shape.stride == 2) - i32::from(shape.upsample == 2);
         let mut wanted = channels;

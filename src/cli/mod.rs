@@ -50,6 +50,9 @@ struct Common {
     /// How depth becomes evidence, in place of the configuration's method
     #[arg(long, value_enum)]
     method: Option<Method>,
+    /// Weight file of DRM-Net (safetensors), for method drm, in place of the configuration's
+    #[arg(long, value_name = "FILE")]
+    weights: Option<String>,
     /// Use the adapter whose name or driver contains this (else LIMPID_ADAPTER, else the best)
     #[arg(long, value_name = "NAME")]
     adapter: Option<String>,
@@ -67,6 +70,9 @@ impl Common {
             None => Config::default(),
         };
         config.method = self.method.unwrap_or(config.method);
+        if let Some(weights) = &self.weights {
+            config.weights.clone_from(weights);
+        }
         config.validate()?;
         Ok(config)
     }

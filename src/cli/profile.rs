@@ -28,6 +28,7 @@ pub(crate) fn execute(arguments: &ProfileArguments) -> Result<()> {
     let mut recording = recording::open(&arguments.input, &config)?;
     let frames = frames(recording.as_mut(), arguments.samples)?;
     let options = Options { adapter: arguments.common.adapter.clone(), ..Options::default() };
+    let options = options.with_color_of(frames.iter());
     let trace = trace(&config, &options, &frames, arguments.samples)?;
     save(&arguments.output, &trace.to_string())?;
     println!("trace: {} (open it at ui.perfetto.dev)", arguments.output.display());

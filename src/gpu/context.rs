@@ -15,6 +15,14 @@ pub struct Requirements {
     pub upload_bytes: u64,
     /// Storage buffers of the pass that binds most.
     pub storage_buffers: usize,
+    /// Storage textures of the pass that binds most.
+    pub storage_textures: usize,
+    /// Texels along the longest side of a texture.
+    pub texture_side: u32,
+    /// Layers of the deepest texture.
+    pub texture_layers: u32,
+    /// Whether a pass uses subgroup operations.
+    pub subgroups: bool,
     /// Invocations of the largest workgroup.
     pub invocations: u32,
     /// Workgroups of the longest dispatch along one axis.
@@ -111,30 +119,63 @@ pub fn adapters(name: Option<&str>) -> Result<Vec<AdapterReport>> {
     let (chosen, reason) = choose(&adapters, wanted_name(name).as_deref())?;
     let report = |(index, adapter): (usize, &Adapter)| AdapterReport {
         info: adapter.get_info(),
-        features: adapter.features() & (Features::TIMESTAMP_QUERY | Features::PIPELINE_CACHE),
+        features: adapter.features()
+            & (Features::TIMESTAMP_QUERY | Features::PIPELINE_CACHE | Features::SUBGROUP),
         limits: adapter.limits(),
         chosen: (index == chosen).then(|| reason.clone()),
     };
     Ok(adapters.iter().enumerate().map(report).collect())
 }
 
-impl Context {
-    /// Opens the adapter of that name (part of its name or driver; else `LIMPID_ADAPTER`, else the
-    /// best: real GPUs before software), checks that it offers what `needs` asks for, and takes no features but
-    /// the pipeline cache and, for `profiling`, timestamps. Buffer limits are those of the adapter, up to 1 GiB.
+/// An adapter chosen to run on, not opened yet.
+#[derive(Debug)]
+pub struct Chosen {
+    adapter: Adapter,
+    info: AdapterInfo,
+    reason: String,
+}
+
+/// Subgroups are used where they hold at least this many invocations.
+const SUBGROUP_LANES: u32 = 8;
+
+impl Chosen {
+    /// The adapter of that name (part of its name or driver; else `LIMPID_ADAPTER`, else the best: real
+    /// GPUs before software).
     ///
     /// # Errors
-    /// [`Error::NoAdapter`], [`Error::Limit`] where the adapter offers too little, [`Error::Gpu`] where
-    /// the driver refuses a device.
-    pub fn open(name: Option<&str>, needs: &Requirements, profiling: bool) -> Result<Self> {
+    /// [`Error::NoAdapter`].
+    pub fn find(name: Option<&str>) -> Result<Self> {
         let mut adapters = pollster::block_on(instance().enumerate_adapters(wgpu::Backends::VULKAN));
         let (chosen, reason) = choose(&adapters, wanted_name(name).as_deref())?;
         let adapter = adapters.swap_remove(chosen);
-        let info = adapter.get_info();
+        Ok(Self { info: adapter.get_info(), adapter, reason })
+    }
+
+    /// Whether the CPU runs it.
+    pub fn is_software(&self) -> bool {
+        self.info.device_type == DeviceType::Cpu
+    }
+
+    /// Whether passes may exchange values across subgroups of at least eight invocations.
+    pub fn has_subgroups(&self) -> bool {
+        self.adapter.features().contains(Features::SUBGROUP) && self.info.subgroup_min_size >= SUBGROUP_LANES
+    }
+
+    /// Opens it: checks that it offers what `needs` asks for, and takes no features but the pipeline cache,
+    /// subgroups where they are needed and, for `profiling`, timestamps. Buffer limits are those of the
+    /// adapter, up to 1 GiB.
+    ///
+    /// # Errors
+    /// [`Error::Limit`] where the adapter offers too little, [`Error::Gpu`] where the driver refuses a device.
+    pub fn open(self, needs: &Requirements, profiling: bool) -> Result<Context> {
+        let Self { adapter, info, reason } = self;
         let limits = limits_for(&info.name, &adapter.limits(), needs)?;
         let mut features = adapter.features() & Features::PIPELINE_CACHE;
-        if profiling && adapter.features().contains(Features::TIMESTAMP_QUERY) {
-            features |= Features::TIMESTAMP_QUERY;
+        if profiling {
+            features |= adapter.features() & Features::TIMESTAMP_QUERY;
+        }
+        if needs.subgroups {
+            features |= Features::SUBGROUP;
         }
         let descriptor = wgpu::DeviceDescriptor {
             label: Some("limpid"),
@@ -145,9 +186,19 @@ impl Context {
         };
         let (device, queue) = pollster::block_on(adapter.request_device(&descriptor))
             .map_err(|e| Error::Gpu { what: format!("opening {}", info.name), reason: e.to_string() })?;
-        let context = Self { device, queue, info, reason, trouble: Arc::default() };
+        let context = Context { device, queue, info, reason, trouble: Arc::default() };
         context.listen();
         Ok(context)
+    }
+}
+
+impl Context {
+    /// Finds an adapter as [`Chosen::find`] and opens it as [`Chosen::open`].
+    ///
+    /// # Errors
+    /// [`Error::NoAdapter`], [`Error::Limit`], [`Error::Gpu`].
+    pub fn open(name: Option<&str>, needs: &Requirements, profiling: bool) -> Result<Self> {
+        Chosen::find(name)?.open(needs, profiling)
     }
 
     /// Keeps errors that wgpu reports outside of any call, so that the next call returns them.
@@ -217,6 +268,13 @@ fn limits_for(adapter: &str, offered: &Limits, needs: &Requirements) -> Result<L
         needs.storage_buffers as u64,
     )?;
     check(
+        "max_storage_textures_per_shader_stage",
+        offered.max_storage_textures_per_shader_stage.into(),
+        needs.storage_textures as u64,
+    )?;
+    check("max_texture_dimension_2d", offered.max_texture_dimension_2d.into(), needs.texture_side.into())?;
+    check("max_texture_array_layers", offered.max_texture_array_layers.into(), needs.texture_layers.into())?;
+    check(
         "max_compute_invocations_per_workgroup",
         offered.max_compute_invocations_per_workgroup.into(),
         needs.invocations.into(),
@@ -230,6 +288,8 @@ fn limits_for(adapter: &str, offered: &Limits, needs: &Requirements) -> Result<L
     limits.max_storage_buffer_binding_size = offered.max_storage_buffer_binding_size.min(1 << 30);
     limits.max_buffer_size = offered.max_buffer_size.min(1 << 30);
     limits.max_storage_buffers_per_shader_stage = offered.max_storage_buffers_per_shader_stage.min(8);
+    limits.max_texture_dimension_2d = limits.max_texture_dimension_2d.max(needs.texture_side);
+    limits.max_texture_array_layers = limits.max_texture_array_layers.max(needs.texture_layers);
     limits.max_compute_invocations_per_workgroup = offered.max_compute_invocations_per_workgroup.min(256);
     Ok(limits)
 }

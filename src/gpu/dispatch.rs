@@ -1,10 +1,13 @@
 //! Allocations and compiled passes of a plan.
 
+use std::sync::Arc;
+
 use crate::error::{Error, Result};
 use crate::gpu::arena::{Arena, Kind, Layout};
 use crate::gpu::cache::PipelineStore;
 use crate::gpu::context::Context;
-use crate::gpu::plan::{Plan, Step};
+use crate::gpu::plan::{BufferDecl, Extent, Plan, Step};
+use crate::gpu::shader::Shader;
 
 /// A compiled pass with its buffers.
 pub(crate) struct Dispatch {
@@ -15,7 +18,7 @@ pub(crate) struct Dispatch {
     /// For the frame being written.
     pub(crate) workgroups: [u32; 3],
     pub(crate) workgroup_size: [u32; 3],
-    pub(crate) name: &'static str,
+    pub(crate) name: Arc<str>,
 }
 
 impl Dispatch {
@@ -27,29 +30,55 @@ impl Dispatch {
     }
 }
 
-/// The buffers that back the arenas.
-pub(crate) fn allocate(context: &Context, layout: &Layout) -> Vec<wgpu::Buffer> {
+/// The memory of a plan: buffers that back its arenas, and its textures.
+pub(crate) struct Memory {
+    pub(crate) buffers: Vec<wgpu::Buffer>,
+    /// Counted as the plan's buffers; `None` where that is no texture.
+    pub(crate) textures: Vec<Option<wgpu::Texture>>,
+}
+
+/// Allocates all of it.
+pub(crate) fn allocate(context: &Context, plan: &Plan, layout: &Layout) -> Memory {
+    let texture = |decl: &BufferDecl| Some(allocate_texture(context, &decl.name, decl.texture?));
+    Memory {
+        buffers: layout.arenas.iter().map(|arena| allocate_arena(context, arena)).collect(),
+        textures: plan.buffers().iter().map(texture).collect(),
+    }
+}
+
+fn allocate_arena(context: &Context, arena: &Arena) -> wgpu::Buffer {
     use wgpu::BufferUsages as U;
-    let buffer = |arena: &Arena| {
-        let usage = match arena.kind {
-            Kind::Host => U::UNIFORM | U::STORAGE | U::COPY_DST | U::COPY_SRC,
-            Kind::Fixed => U::STORAGE | U::COPY_DST | U::COPY_SRC,
-            Kind::State | Kind::Scratch => U::STORAGE | U::COPY_DST | U::COPY_SRC,
-        };
-        let descriptor = wgpu::BufferDescriptor {
-            label: Some(match arena.kind {
-                Kind::Host => "host",
-                Kind::Fixed => "fixed",
-                Kind::State => "state",
-                Kind::Scratch => "scratch",
-            }),
-            size: arena.bytes,
-            usage,
-            mapped_at_creation: false,
-        };
-        context.device.create_buffer(&descriptor)
+    let (label, uniform) = match arena.kind {
+        Kind::Host => ("host", U::UNIFORM),
+        Kind::Fixed => ("fixed", U::empty()),
+        Kind::State => ("state", U::empty()),
+        Kind::Scratch => ("scratch", U::empty()),
     };
-    layout.arenas.iter().map(buffer).collect()
+    context.device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some(label),
+        size: arena.bytes,
+        usage: U::STORAGE | U::COPY_DST | U::COPY_SRC | uniform,
+        mapped_at_creation: false,
+    })
+}
+
+fn allocate_texture(context: &Context, name: &str, extent: Extent) -> wgpu::Texture {
+    context.device.create_texture(&wgpu::TextureDescriptor {
+        label: Some(name),
+        size: size_of_texture(extent),
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: wgpu::TextureFormat::Rgba32Float,
+        usage: wgpu::TextureUsages::STORAGE_BINDING | wgpu::TextureUsages::COPY_DST,
+        view_formats: &[],
+    })
+}
+
+/// In wgpu's terms.
+pub(crate) fn size_of_texture(extent: Extent) -> wgpu::Extent3d {
+    let Extent { width, height, layers } = extent;
+    wgpu::Extent3d { width, height, depth_or_array_layers: layers }
 }
 
 /// Compiles the pass of `step` and binds its buffers.
@@ -61,16 +90,13 @@ pub(crate) fn compile(
     step: &Step,
     plan: &Plan,
     layout: &Layout,
-    allocations: &[wgpu::Buffer],
+    memory: &Memory,
     store: &PipelineStore,
 ) -> Result<Dispatch> {
     let device = &context.device;
-    let label = Some(step.shader.name);
+    let label = Some(step.shader.name.as_str());
     let scope = device.push_error_scope(wgpu::ErrorFilter::Validation);
-    let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-        label,
-        source: wgpu::ShaderSource::Wgsl(step.shader.source.as_str().into()),
-    });
+    let module = create_module(device, &step.shader);
     let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
         label,
         layout: None,
@@ -82,15 +108,20 @@ pub(crate) fn compile(
         },
         cache: store.cache(),
     });
+    let views: Vec<_> = step.uses().map(|(_, id)| memory.textures[id.0].as_ref().map(view)).collect();
     let entries: Vec<_> = step
         .uses()
-        .map(|(binding, id)| {
+        .zip(&views)
+        .map(|((binding, id), view)| {
             let place = layout.places[id.0];
-            let resource = wgpu::BindingResource::Buffer(wgpu::BufferBinding {
-                buffer: &allocations[place.arena],
-                offset: place.offset,
-                size: std::num::NonZeroU64::new(plan.buffers()[id.0].bytes),
-            });
+            let resource = match view {
+                Some(view) => wgpu::BindingResource::TextureView(view),
+                None => wgpu::BindingResource::Buffer(wgpu::BufferBinding {
+                    buffer: &memory.buffers[place.arena],
+                    offset: place.offset,
+                    size: std::num::NonZeroU64::new(plan.buffers()[id.0].bytes),
+                }),
+            };
             wgpu::BindGroupEntry { binding: binding.slot, resource }
         })
         .collect();
@@ -98,14 +129,34 @@ pub(crate) fn compile(
     let descriptor = wgpu::BindGroupDescriptor { label, layout: &bind_layout, entries: &entries };
     let bind_group = device.create_bind_group(&descriptor);
     match pollster::block_on(scope.pop()) {
-        Some(error) => Err(Error::Gpu { what: step.shader.name.into(), reason: error.to_string() }),
+        Some(error) => Err(Error::Gpu { what: step.shader.name.clone(), reason: error.to_string() }),
         None => Ok(Dispatch {
             pipeline,
             bind_group,
             planned: step.workgroups,
             workgroups: step.workgroups,
             workgroup_size: step.shader.workgroup_size,
-            name: step.shader.name,
+            name: step.shader.name.as_str().into(),
         }),
     }
+}
+
+#[expect(unsafe_code, reason = "only wgpu's guard of loops is left out, and only where all are proven to end")]
+fn create_module(device: &wgpu::Device, shader: &Shader) -> wgpu::ShaderModule {
+    let source = wgpu::ShaderSource::Wgsl(shader.source.as_str().into());
+    let descriptor = wgpu::ShaderModuleDescriptor { label: Some(&shader.name), source };
+    if !shader.counted_loops {
+        return device.create_shader_module(descriptor);
+    }
+    let mut checks = wgpu::ShaderRuntimeChecks::checked();
+    checks.force_loop_bounding = false;
+    // SAFETY: all other checks stay on, and `gpu::loops` has proven that every loop counts up to a constant.
+    unsafe { device.create_shader_module_trusted(descriptor, checks) }
+}
+
+fn view(texture: &wgpu::Texture) -> wgpu::TextureView {
+    texture.create_view(&wgpu::TextureViewDescriptor {
+        dimension: Some(wgpu::TextureViewDimension::D2Array),
+        ..Default::default()
+    })
 }

@@ -1,13 +1,14 @@
 //! Runs a plan: everything is built once; a frame is one copy in, the passes, one copy out, one submit.
 
 use std::collections::VecDeque;
+use std::sync::Arc;
 use std::time::Duration;
 
 use crate::error::{Error, Result};
 use crate::gpu::arena::{Kind, Layout, Place};
 use crate::gpu::cache::PipelineStore;
 use crate::gpu::context::Context;
-use crate::gpu::dispatch::{Dispatch, allocate, compile};
+use crate::gpu::dispatch::{Dispatch, Memory, allocate, compile, size_of_texture};
 use crate::gpu::input::FrameInput;
 use crate::gpu::plan::{BufferId, Plan, Role};
 use crate::gpu::readback::{Landing, Readback, landings};
@@ -30,7 +31,7 @@ pub struct Executor {
     pub(crate) context: Context,
     pub(crate) plan: Plan,
     pub(crate) layout: Layout,
-    allocations: Vec<wgpu::Buffer>,
+    memory: Memory,
     pub(crate) dispatches: Vec<Dispatch>,
     staging: Vec<Slot>,
     landing: Vec<Slot>,
@@ -49,15 +50,19 @@ impl Executor {
     /// [`Error::Plan`], [`Error::Gpu`], [`Error::DeviceLost`].
     pub fn build(context: &Context, plan: Plan) -> Result<Self> {
         plan.check()?;
+        Self::build_unchecked(context, plan)
+    }
+    /// PROBE
+    pub fn build_unchecked(context: &Context, plan: Plan) -> Result<Self> {
         let alignment = context.device.limits().min_storage_buffer_offset_alignment;
         let uniform_alignment = context.device.limits().min_uniform_buffer_offset_alignment;
         let layout = Layout::pack(&plan, u64::from(alignment.max(uniform_alignment)));
-        let allocations = allocate(context, &layout);
+        let memory = allocate(context, &plan, &layout);
         let store = PipelineStore::open(context);
         let dispatches = plan
             .steps()
             .iter()
-            .map(|step| compile(context, step, &plan, &layout, &allocations, &store))
+            .map(|step| compile(context, step, &plan, &layout, &memory, &store))
             .collect::<Result<Vec<_>>>()?;
         let timing = Timing::new(context, u32::try_from(dispatches.len()).unwrap_or(0));
         let (landings, landing_bytes) = landings(&plan, timing.as_ref());
@@ -69,7 +74,7 @@ impl Executor {
             context: context.clone(),
             plan,
             layout,
-            allocations,
+            memory,
             dispatches,
             landings,
             timing,
@@ -115,7 +120,7 @@ impl Executor {
     /// [`Error::Gpu`], [`Error::DeviceLost`].
     pub fn reset(&mut self) -> Result<()> {
         let mut encoder = self.context.device.create_command_encoder(&Default::default());
-        for (arena, buffer) in self.layout.arenas.iter().zip(&self.allocations) {
+        for (arena, buffer) in self.layout.arenas.iter().zip(&self.memory.buffers) {
             if arena.kind == Kind::State {
                 encoder.clear_buffer(buffer, 0, None);
             }
@@ -135,10 +140,19 @@ impl Executor {
             let reason = format!("{} bytes do not fit a fixed buffer of {}", data.len(), buffer.bytes);
             return Err(Error::Input { what: buffer.name.clone(), reason });
         }
+        if let (Some(extent), Some(texture)) = (buffer.texture, &self.memory.textures[id.0]) {
+            let layout = wgpu::TexelCopyBufferLayout {
+                offset: 0,
+                bytes_per_row: Some(extent.width * 16),
+                rows_per_image: Some(extent.height),
+            };
+            self.context.queue.write_texture(texture.as_image_copy(), data, layout, size_of_texture(extent));
+            return self.context.check(&buffer.name);
+        }
         let mut padded = data.to_vec();
         padded.resize(data.len().next_multiple_of(4), 0);
         let Place { arena, offset } = self.layout.places[id.0];
-        self.context.queue.write_buffer(&self.allocations[arena], offset, &padded);
+        self.context.queue.write_buffer(&self.memory.buffers[arena], offset, &padded);
         self.context.check(&buffer.name)
     }
 
@@ -200,7 +214,7 @@ impl Executor {
     fn encode(&self, slot: usize) -> wgpu::CommandBuffer {
         let mut encoder = self.context.device.create_command_encoder(&Default::default());
         if let Some(host) = self.host_arena {
-            encoder.copy_buffer_to_buffer(&self.staging[slot].buffer, 0, &self.allocations[host], 0, None);
+            encoder.copy_buffer_to_buffer(&self.staging[slot].buffer, 0, &self.memory.buffers[host], 0, None);
         }
         match &self.timing {
             None => self.encode_together(&mut encoder),
@@ -210,7 +224,7 @@ impl Executor {
             let (source, offset) = match (&self.timing, self.plan.buffers().get(landing.id.0)) {
                 (_, Some(_)) => {
                     let place = self.layout.places[landing.id.0];
-                    (&self.allocations[place.arena], place.offset)
+                    (&self.memory.buffers[place.arena], place.offset)
                 }
                 (Some(timing), None) => (&timing.resolved, 0),
                 (None, None) => continue,
@@ -232,7 +246,7 @@ impl Executor {
     fn encode_timed(&self, encoder: &mut wgpu::CommandEncoder, timing: &Timing) {
         for (index, dispatch) in (0..).zip(&self.dispatches) {
             let timestamp_writes = Some(timing.writes(index));
-            let descriptor = wgpu::ComputePassDescriptor { label: Some(dispatch.name), timestamp_writes };
+            let descriptor = wgpu::ComputePassDescriptor { label: Some(&*dispatch.name), timestamp_writes };
             dispatch.encode(&mut encoder.begin_compute_pass(&descriptor));
         }
         timing.resolve(encoder);
@@ -256,7 +270,7 @@ impl Executor {
         self.landing[slot].buffer.unmap();
         if let Some(timing) = &self.timing {
             let spans = timing.spans(readback.bytes(self.timing_id())?);
-            readback.spans = self.dispatches.iter().map(|d| d.name).zip(spans).collect();
+            readback.spans = self.dispatches.iter().map(|d| Arc::clone(&d.name)).zip(spans).collect();
         }
         Ok(Some(readback))
     }

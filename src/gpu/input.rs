@@ -54,7 +54,7 @@ impl FrameInput<'_> {
     /// [`Error::Input`] where there is no such pass or the plan has fewer.
     pub fn limit(&mut self, pass: &str, invocations: Invocations) -> Result<()> {
         let bad = |reason: &str| Error::Input { what: pass.into(), reason: reason.into() };
-        let dispatch = self.executor.dispatches.iter_mut().find(|dispatch| dispatch.name == pass);
+        let dispatch = self.executor.dispatches.iter_mut().find(|dispatch| *dispatch.name == *pass);
         let dispatch = dispatch.ok_or_else(|| bad("the plan has no such pass"))?;
         let workgroups = invocations.workgroups(dispatch.workgroup_size);
         if workgroups.iter().zip(&dispatch.planned).any(|(now, planned)| now > planned) {

@@ -2,84 +2,8 @@
 
 use crate::error::{Error, Result};
 use crate::gpu::context::Requirements;
-use crate::gpu::shader::{Access, Binding, Params, Shader, ShaderSource};
-
-/// A buffer of the plan.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct BufferId(pub(crate) usize);
-
-/// Where a buffer's content comes from and how long it lives.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Role {
-    /// Parameters written by the host before every frame, with struct name, field names and offsets.
-    Uniform(&'static str, &'static [(&'static str, usize)]),
-    /// Data written by the host before every frame.
-    Upload,
-    /// Written once when the plan is built, and on request.
-    Fixed(Vec<u8>),
-    /// Kept from frame to frame; zero at first.
-    State,
-    /// Lives within a frame, from its first step to its last.
-    Scratch,
-}
-
-/// A declared buffer.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct BufferDecl {
-    /// The name by which passes bind it.
-    pub name: String,
-    /// Size in bytes, a multiple of 4.
-    pub bytes: u64,
-    /// Origin and lifetime.
-    pub role: Role,
-    /// Whether the host reads it back after every frame.
-    pub read_back: bool,
-    /// Whether it is a result that the host may leave unread.
-    pub product: bool,
-}
-
-/// How many invocations a step needs along x, y and z.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Invocations(pub [u32; 3]);
-
-impl Invocations {
-    /// `count` in a row.
-    pub fn line(count: u32) -> Self {
-        Self([count, 1, 1])
-    }
-
-    /// Workgroups of `size` that cover them.
-    pub(crate) fn workgroups(self, size: [u32; 3]) -> [u32; 3] {
-        let [x, y, z] = self.0;
-        let [size_x, size_y, size_z] = size.map(|size| size.max(1));
-        [x.div_ceil(size_x), y.div_ceil(size_y), z.div_ceil(size_z)]
-    }
-
-    /// `width` x `height`.
-    pub fn area(width: u32, height: u32) -> Self {
-        Self([width, height, 1])
-    }
-}
-
-/// One dispatch.
-#[derive(Debug, Clone)]
-pub struct Step {
-    /// The pass.
-    pub shader: Shader,
-    /// Workgroups along x, y and z.
-    pub workgroups: [u32; 3],
-    /// Buffer of each of the shader's bindings, in their order.
-    pub buffers: Vec<BufferId>,
-    /// Values of the shader's `override` constants.
-    pub constants: Vec<(&'static str, f64)>,
-}
-
-impl Step {
-    /// Bindings with the buffers they are bound to.
-    pub fn uses(&self) -> impl Iterator<Item = (&Binding, BufferId)> {
-        self.shader.bindings.iter().zip(self.buffers.iter().copied())
-    }
-}
+pub use crate::gpu::parts::{BufferDecl, BufferId, Extent, Invocations, Role, Step};
+use crate::gpu::shader::{Access, Binding, Params, Shader, ShaderText};
 
 /// Buffers and steps of one frame. Stages append to it; the executor builds it.
 #[derive(Debug, Clone, Default)]
@@ -149,6 +73,29 @@ impl Plan {
         Ok(id)
     }
 
+    /// Declares a texture that lives within a frame.
+    ///
+    /// # Errors
+    /// [`Error::Plan`] where the name is taken or an extent is 0.
+    pub fn texture(&mut self, name: &str, extent: Extent) -> Result<BufferId> {
+        let id = self.declare(name, extent.bytes(), Role::Scratch)?;
+        self.buffers[id.0].texture = Some(extent);
+        Ok(id)
+    }
+
+    /// Declares a texture filled once, row by row.
+    ///
+    /// # Errors
+    /// [`Error::Plan`] where the name is taken or `data` is not of that extent.
+    pub fn fixed_texture(&mut self, name: &str, extent: Extent, data: Vec<u8>) -> Result<BufferId> {
+        if data.len() as u64 != extent.bytes() {
+            return Err(plan_error(name, &format!("{} bytes do not fill {extent:?}", data.len())));
+        }
+        let id = self.declare(name, extent.bytes(), Role::Fixed(data))?;
+        self.buffers[id.0].texture = Some(extent);
+        Ok(id)
+    }
+
     fn declare(&mut self, name: &str, bytes: u64, role: Role) -> Result<BufferId> {
         if self.find(name).is_some() {
             return Err(plan_error(name, "is declared twice"));
@@ -157,7 +104,14 @@ impl Plan {
             return Err(plan_error(name, "has no bytes"));
         }
         let bytes = bytes.next_multiple_of(4);
-        self.buffers.push(BufferDecl { name: name.into(), bytes, role, read_back: false, product: false });
+        self.buffers.push(BufferDecl {
+            name: name.into(),
+            bytes,
+            texture: None,
+            role,
+            read_back: false,
+            product: false,
+        });
         Ok(BufferId(self.buffers.len() - 1))
     }
 
@@ -172,6 +126,9 @@ impl Plan {
     /// [`Error::Plan`] where there is no such buffer.
     pub fn read_back(&mut self, name: &str) -> Result<BufferId> {
         let id = self.find(name).ok_or_else(|| plan_error(name, "is to be read back but not declared"))?;
+        if self.buffers[id.0].texture.is_some() {
+            return Err(plan_error(name, "is a texture; only buffers are read back"));
+        }
         self.buffers[id.0].read_back = true;
         Ok(id)
     }
@@ -183,7 +140,7 @@ impl Plan {
     /// [`Error::Shader`] from the WGSL; [`Error::Plan`] where a variable has no buffer or does not fit it.
     pub fn step(
         &mut self,
-        source: ShaderSource,
+        source: impl Into<ShaderText>,
         invocations: Invocations,
         renamed: &[(&str, &str)],
     ) -> Result<()> {
@@ -193,16 +150,16 @@ impl Plan {
             let name = renamed.iter().find(|(var, _)| *var == binding.name).map_or(&*binding.name, |r| r.1);
             let id = self.find(name).ok_or_else(|| {
                 plan_error(
-                    shader.name,
+                    &shader.name,
                     &format!("`{}` needs a buffer `{name}`, which nothing declares", binding.name),
                 )
             })?;
-            self.check_fit(shader.name, binding, id)?;
+            self.check_fit(&shader.name, binding, id)?;
             buffers.push(id);
         }
         let workgroups = invocations.workgroups(shader.workgroup_size);
         if workgroups.contains(&0) {
-            return Err(plan_error(shader.name, "has nothing to do: an extent is 0"));
+            return Err(plan_error(&shader.name, "has nothing to do: an extent is 0"));
         }
         self.steps.push(Step { shader, workgroups, buffers, constants: Vec::new() });
         Ok(())
@@ -212,13 +169,13 @@ impl Plan {
     ///
     /// # Errors
     /// [`Error::Plan`] where there is no step or its shader has no such constant.
-    pub fn with(&mut self, constants: &[(&'static str, bool)]) -> Result<()> {
+    pub fn with<V: Copy + Into<f64>>(&mut self, constants: &[(&'static str, V)]) -> Result<()> {
         let step = self.steps.last_mut().ok_or_else(|| plan_error("with", "needs a step before it"))?;
         for (name, value) in constants {
             if !step.shader.overrides.iter().any(|known| known == name) {
-                return Err(plan_error(step.shader.name, &format!("has no override `{name}`")));
+                return Err(plan_error(&step.shader.name, &format!("has no override `{name}`")));
             }
-            step.constants.push((name, f64::from(u8::from(*value))));
+            step.constants.push((name, (*value).into()));
         }
         Ok(())
     }
@@ -236,6 +193,11 @@ impl Plan {
                 return bad(format!("and buffer `{}` disagree on being uniform", buffer.name));
             }
             _ => {}
+        }
+        if binding.texture != buffer.texture.is_some() {
+            let kind = |texture| if texture { "texture" } else { "buffer" };
+            let [is, declared] = [kind(binding.texture), kind(buffer.texture.is_some())];
+            return bad(format!("is a {is} in WGSL, `{}` a {declared} of the plan", buffer.name));
         }
         if buffer.bytes < binding.min_bytes {
             return bad(format!(
@@ -263,7 +225,7 @@ impl Plan {
                 if binding.access.reads() && !written[id.0] {
                     let name = &self.buffers[id.0].name;
                     return Err(plan_error(
-                        step.shader.name,
+                        &step.shader.name,
                         &format!("reads `{name}` before any pass has written it"),
                     ));
                 }
@@ -292,7 +254,7 @@ impl Plan {
                 .find(|(b, other)| other == buffer && (a.access.writes() || b.access.writes()));
             if let Some((b, _)) = twice {
                 return Err(plan_error(
-                    step.shader.name,
+                    &step.shader.name,
                     &format!(
                         "binds `{}` as `{}` and as `{}`, and writes it",
                         self.buffers[buffer.0].name, a.name, b.name
@@ -315,11 +277,20 @@ impl Plan {
 
     /// What a device must offer to run this plan.
     pub fn requirements(&self) -> Requirements {
-        let storage = |s: &Step| s.shader.bindings.iter().filter(|b| b.access != Access::Uniform).count();
+        let count = |wanted: fn(&Binding) -> bool| {
+            let of_step = |s: &Step| s.shader.bindings.iter().filter(|b| wanted(b)).count();
+            self.steps.iter().map(of_step).max().unwrap_or(0)
+        };
+        let buffers = || self.buffers.iter().filter(|b| b.texture.is_none());
+        let textures = || self.buffers.iter().filter_map(|b| b.texture);
         Requirements {
-            largest_buffer_bytes: self.buffers.iter().map(|b| b.bytes).max().unwrap_or(0),
+            largest_buffer_bytes: buffers().map(|b| b.bytes).max().unwrap_or(0),
             upload_bytes: self.host_buffers().map(|b| b.bytes.next_multiple_of(256)).sum(),
-            storage_buffers: self.steps.iter().map(storage).max().unwrap_or(0),
+            storage_buffers: count(|b| b.access != Access::Uniform && !b.texture),
+            storage_textures: count(|b| b.texture),
+            texture_side: textures().map(|t| t.width.max(t.height)).max().unwrap_or(0),
+            texture_layers: textures().map(|t| t.layers).max().unwrap_or(0),
+            subgroups: self.steps.iter().any(|s| s.shader.subgroups),
             invocations: self
                 .steps
                 .iter()

@@ -1,5 +1,7 @@
 //! What comes back from a frame, and where it lands.
 
+use std::sync::Arc;
+
 use crate::error::{Error, Result};
 use crate::gpu::plan::{BufferId, Plan};
 use crate::gpu::timing::{PassSpan, Timing};
@@ -18,7 +20,7 @@ pub struct Readback {
     pub(crate) data: Vec<u8>,
     pub(crate) landings: Vec<Landing>,
     /// Name and time span of each pass, when the device was opened for profiling.
-    pub spans: Vec<(&'static str, PassSpan)>,
+    pub spans: Vec<(Arc<str>, PassSpan)>,
 }
 
 impl Readback {

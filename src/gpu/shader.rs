@@ -1,8 +1,11 @@
 //! WGSL files read with naga: a pass is declared by its file alone.
 
-use naga::valid::{Capabilities, GlobalUse, ValidationFlags, Validator};
+use naga::valid::{
+    Capabilities, GlobalUse, ShaderStages, SubgroupOperationSet, ValidationFlags, Validator,
+};
 
 use crate::error::{Error, Result};
+use crate::gpu::loops::all_counted;
 
 /// The text of one pass: its own file last, shared library files before it.
 #[derive(Debug, Clone, Copy)]
@@ -13,14 +16,32 @@ pub struct ShaderSource {
     pub parts: &'static [&'static str],
 }
 
+/// The text of a pass put together for one use: a label of its own, and parts chosen by the host.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ShaderText {
+    /// Label of the pass.
+    pub label: String,
+    /// Name of the entry point.
+    pub entry_point: &'static str,
+    /// The concatenated WGSL.
+    pub text: String,
+}
+
+impl From<ShaderSource> for ShaderText {
+    fn from(source: ShaderSource) -> Self {
+        let entry_point = source.name.rsplit('/').next().unwrap_or(source.name);
+        Self { label: source.name.into(), entry_point, text: source.parts.join("\n") }
+    }
+}
+
 /// What a pass does with a buffer, from its declaration and its code.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Access {
     /// `var<uniform>`.
     Uniform,
-    /// `var<storage, read>`.
+    /// `var<storage, read>`, or a storage texture of `read` access.
     Read,
-    /// `var<storage, read_write>` that the code only stores to.
+    /// `var<storage, read_write>` that the code only stores to, or a storage texture of `write` access.
     Write,
     /// `var<storage, read_write>` that the code loads from or updates atomically.
     ReadWrite,
@@ -53,13 +74,15 @@ pub struct Binding {
     pub fields: Vec<(String, u32)>,
     /// Name of the variable's struct type, empty otherwise.
     pub type_name: String,
+    /// Whether it is a storage texture.
+    pub texture: bool,
 }
 
 /// A parsed and validated pass.
 #[derive(Debug, Clone)]
 pub struct Shader {
     /// Label of the pass.
-    pub name: &'static str,
+    pub name: String,
     /// Name of the entry point.
     pub entry_point: String,
     /// The concatenated WGSL.
@@ -70,6 +93,10 @@ pub struct Shader {
     pub bindings: Vec<Binding>,
     /// Names of its `override` constants.
     pub overrides: Vec<String>,
+    /// Whether it uses subgroup operations.
+    pub subgroups: bool,
+    /// Whether all its loops are proven to end: each counts up to a constant.
+    pub counted_loops: bool,
 }
 
 /// A parameter struct shared with WGSL: same name, same field names, same offsets.
@@ -102,20 +129,21 @@ impl Shader {
     /// # Errors
     /// [`Error::Shader`] with naga's message, or where the file breaks a rule of the house: one
     /// compute entry point named as the file, all buffers used and in group 0.
-    pub fn parse(source: ShaderSource) -> Result<Self> {
-        let text = source.parts.join("\n");
-        let bad = |reason: String| Error::Shader { pass: source.name.into(), reason };
+    pub fn parse(source: impl Into<ShaderText>) -> Result<Self> {
+        let ShaderText { label, entry_point, text } = source.into();
+        let bad = |reason: String| Error::Shader { pass: label.clone(), reason };
         let module = naga::front::wgsl::parse_str(&text)
-            .map_err(|e| bad(e.emit_to_string_with_path(&text, source.name)))?;
+            .map_err(|e| bad(e.emit_to_string_with_path(&text, &label)))?;
         let info = Validator::new(ValidationFlags::all(), Capabilities::all())
+            .subgroup_stages(ShaderStages::all())
+            .subgroup_operations(SubgroupOperationSet::all())
             .validate(&module)
-            .map_err(|e| bad(e.emit_to_string_with_path(&text, source.name)))?;
-        let stem = source.name.rsplit('/').next().unwrap_or(source.name);
+            .map_err(|e| bad(e.emit_to_string_with_path(&text, &label)))?;
         let [entry] = module.entry_points.as_slice() else {
             return Err(bad(format!("has {} entry points; one is wanted", module.entry_points.len())));
         };
-        if entry.name != stem {
-            return Err(bad(format!("entry point `{}` is not named as its file `{stem}`", entry.name)));
+        if entry.name != entry_point {
+            return Err(bad(format!("entry point `{}` is not named as its file `{entry_point}`", entry.name)));
         }
         let mut bindings = module
             .global_variables
@@ -128,14 +156,25 @@ impl Shader {
             .collect::<Result<Vec<_>>>()?;
         bindings.sort_by_key(|b| b.slot);
         Ok(Self {
-            name: source.name,
             entry_point: entry.name.clone(),
             workgroup_size: entry.workgroup_size,
-            source: text,
             bindings,
             overrides: module.overrides.iter().filter_map(|(_, o)| o.name.clone()).collect(),
+            subgroups: uses_subgroups(&module),
+            counted_loops: all_counted(&module),
+            name: label,
+            source: text,
         })
     }
+}
+
+/// Whether any function of the module gathers across a subgroup.
+fn uses_subgroups(module: &naga::Module) -> bool {
+    let functions = module.functions.iter().map(|(_, f)| f);
+    functions.chain(module.entry_points.iter().map(|e| &e.function)).any(|function| {
+        let mut expressions = function.expressions.iter().map(|(_, expression)| expression);
+        expressions.any(|e| matches!(e, naga::Expression::SubgroupOperationResult { .. }))
+    })
 }
 
 fn binding(
@@ -159,23 +198,37 @@ fn binding(
         _ => Vec::new(),
     };
     Ok(Binding {
-        access: access(var.space, usage).ok_or_else(|| format!("`{name}` is not a buffer"))?,
+        access: access(var.space, &ty.inner, usage)
+            .ok_or_else(|| format!("`{name}` is neither a buffer nor a storage texture array of rgba32float"))?,
         slot: at.binding,
         min_bytes: u64::from(ty.inner.size(module.to_ctx())),
         type_name: if fields.is_empty() { String::new() } else { ty.name.clone().unwrap_or_default() },
+        texture: matches!(ty.inner, naga::TypeInner::Image { .. }),
         fields,
         name,
     })
 }
 
-fn access(space: naga::AddressSpace, usage: GlobalUse) -> Option<Access> {
+fn access(space: naga::AddressSpace, ty: &naga::TypeInner, usage: GlobalUse) -> Option<Access> {
     match space {
+        naga::AddressSpace::Handle => texture_access(ty),
         naga::AddressSpace::Uniform => Some(Access::Uniform),
         naga::AddressSpace::Storage { access } if !access.contains(naga::StorageAccess::STORE) => {
             Some(Access::Read)
         }
         naga::AddressSpace::Storage { .. } if usage.contains(GlobalUse::READ) => Some(Access::ReadWrite),
         naga::AddressSpace::Storage { .. } => Some(Access::Write),
+        _ => None,
+    }
+}
+
+fn texture_access(ty: &naga::TypeInner) -> Option<Access> {
+    use naga::{ImageClass, ImageDimension, StorageAccess, StorageFormat, TypeInner};
+    let TypeInner::Image { dim: ImageDimension::D2, arrayed: true, class } = ty else { return None };
+    let ImageClass::Storage { format: StorageFormat::Rgba32Float, access } = class else { return None };
+    match *access {
+        StorageAccess::LOAD => Some(Access::Read),
+        StorageAccess::STORE => Some(Access::Write),
         _ => None,
     }
 }

@@ -2,6 +2,7 @@
 //! parameters for one frame. `pipeline.rs` lists them in order.
 
 pub mod back_project;
+pub mod drm;
 pub mod inflate;
 pub mod ingest;
 pub mod move_window;
@@ -38,6 +39,8 @@ pub struct Job {
     pub color_aligned: bool,
     /// Whether frames carry the sensor's own confidence.
     pub confidence: bool,
+    /// The network that weighs pixels, for method drm.
+    pub drm: Option<drm::Drm>,
     /// Whether images (depth, reliability, colour) are read back.
     pub images: bool,
     /// Whether the grids beside the costmap are read back.
@@ -52,7 +55,7 @@ impl Job {
 
     /// Whether pixels carry weights of their own.
     pub fn weighted(&self) -> bool {
-        self.confidence
+        self.confidence || self.drm.is_some()
     }
 
     /// The buffer that back-projection and clearing take their depth from.

@@ -9,6 +9,7 @@ const COUNT_SLACK: f64 = 1e-6;
 /// Depth in metres, 0 where there is none.
 pub(crate) fn ingest(config: &Config, samples: &DepthSamples) -> Vec<f32> {
     let gate = |metres: f64, slack: f64| match config.method {
+        Method::Drm => panic!("the twin knows no network"),
         Method::Range => {
             metres >= config.depth_min_m - slack
                 && metres <= config.range_gate_m.min(config.depth_max_m) + slack

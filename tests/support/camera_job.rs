@@ -35,6 +35,7 @@ pub(crate) fn job(config: &Config, depth: CameraModel) -> Job {
         color: None,
         color_aligned: false,
         confidence: false,
+        drm: None,
         images: false,
         layers: true,
     }
