@@ -50,7 +50,7 @@ fn main() -> Result<()> {
     let has = |flag: &str| arguments.iter().any(|argument| argument == flag);
     let no_weights = Error::Input { what: "arguments".into(), reason: "want a weight file".into() };
     let path = arguments.iter().find(|argument| !argument.starts_with("--")).ok_or(no_weights)?;
-    let network = Network::from_bytes(&std::fs::read(path).map_err(Error::file(std::path::Path::new(path)))?)?;
+    let network = Network::read(std::path::Path::new(path))?;
     let size = NATIVE_SIZE.map(|extent| u32::try_from(extent).unwrap_or(0));
     // Any numbers in [0, 1] will do: no kernel's time depends on them.
     let count = INPUT_CHANNELS * NATIVE_SIZE[0] * NATIVE_SIZE[1];

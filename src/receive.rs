@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use bytemuck::pod_read_unaligned;
 
-use crate::config::{Config, Method};
 use crate::camera::{CameraModel, Distortion};
+use crate::config::{Config, Method};
 use crate::error::{Error, Result};
 use crate::frame::{Counters, FrameImages, FrameLayers, FrameOutput, Grid, Options};
 use crate::geometry::Rigid;
@@ -76,8 +76,7 @@ pub(crate) fn load_drm(config: &Config, options: &Options, adapter: &Chosen) -> 
         let reason = "none with a calibration among the first frames; method drm needs colour".into();
         return Err(Error::Input { what: "colour image".into(), reason });
     }
-    let path = std::path::Path::new(&config.weights);
-    let network = Network::from_bytes(&std::fs::read(path).map_err(Error::file(path))?)?;
+    let network = Network::read(std::path::Path::new(&config.weights))?;
     Ok(Some(Drm { network: Arc::new(network), backend: Backend::of(adapter) }))
 }
 
@@ -192,7 +191,11 @@ pub(crate) fn output(
         degraded: low_reliability_fraction > job.config.degraded_fraction,
         images: job.images.then(|| reader.images(job)).transpose()?,
         layers: job.layers.then(|| reader.layers()).transpose()?,
-        pass_ms: readback.spans.iter().map(|(name, span)| (name.to_string(), span.length_ns * 1e-6)).collect(),
+        pass_ms: readback
+            .spans
+            .iter()
+            .map(|(name, span)| (name.to_string(), span.length_ns * 1e-6))
+            .collect(),
         pass_start_ms: readback.spans.iter().map(|(_, span)| span.start_ns * 1e-6).collect(),
     })
 }

@@ -2,6 +2,7 @@
 
 use std::collections::HashSet;
 use std::fmt::Write as _;
+use std::path::Path;
 
 use safetensors::{Dtype, SafeTensors};
 use serde::Deserialize;
@@ -100,6 +101,16 @@ pub struct Network {
 }
 
 impl Network {
+    /// Reads a safetensors file.
+    ///
+    /// # Errors
+    /// [`Error::File`] where it cannot be read, [`Error::Format`] with the message of [`Network::from_bytes`].
+    pub fn read(path: &Path) -> Result<Self> {
+        let bytes = std::fs::read(path).map_err(Error::file(path))?;
+        let named = |error: Error| Error::Format { path: path.into(), reason: error.to_string() };
+        Self::from_bytes(&bytes).map_err(named)
+    }
+
     /// Reads a safetensors file from memory.
     ///
     /// # Errors
@@ -154,7 +165,7 @@ impl Network {
         text
     }
 
-    /// Rows and columns of an input must be multiples of this: how much smaller the smallest tensor is.
+    /// Rows and columns of an input must be multiples of this: how much smaller the smallest tensor is, at least 4.
     pub fn size_factor(&self) -> usize {
         let mut level = 0_u32;
         let levels = self.blocks.iter().map(|block| {
@@ -162,7 +173,7 @@ impl Network {
                 .saturating_sub(u32::from(block.shape.upsample == 2));
             level
         });
-        1 << levels.max().unwrap_or(0)
+        1 << levels.max().unwrap_or(0).max(2)
     }
 
     /// Rows and columns of each block's output for an input of `size`.

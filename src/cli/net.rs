@@ -31,8 +31,7 @@ pub(crate) struct NetArguments {
 }
 
 pub(crate) fn execute(arguments: &NetArguments) -> Result<()> {
-    let bytes = std::fs::read(&arguments.weights).map_err(Error::file(&arguments.weights))?;
-    let network = Network::from_bytes(&bytes)?;
+    let network = Network::read(&arguments.weights)?;
     match (&arguments.input, &arguments.output) {
         (Some(input), Some(output)) => infer(arguments, network, input, output),
         _ => {
@@ -60,9 +59,11 @@ fn infer(arguments: &NetArguments, network: Network, input: &Path, output: &Path
 /// Rows and columns, and the values of tensor `input`.
 fn read_input(bytes: &[u8]) -> Result<([u32; 2], Vec<f32>)> {
     let bad = |reason: String| Error::Input { what: "tensor `input`".into(), reason };
-    let tensors =
-        SafeTensors::deserialize(bytes).map_err(|e| bad(format!("cannot be read: no safetensors file: {e}")))?;
-    let view = tensors.tensor("input").map_err(|_| bad(format!("is missing; the file has {:?}", tensors.names())))?;
+    let tensors = SafeTensors::deserialize(bytes)
+        .map_err(|e| bad(format!("cannot be read: no safetensors file: {e}")))?;
+    let view = tensors
+        .tensor("input")
+        .map_err(|_| bad(format!("is missing; the file has {:?}", tensors.names())))?;
     let &[1, INPUT_CHANNELS, rows, columns] = view.shape() else {
         return Err(bad(format!("has shape {:?}, not 1 x {INPUT_CHANNELS} x rows x columns", view.shape())));
     };
@@ -84,7 +85,8 @@ fn write_outputs(outputs: &[BlockOutput], path: &Path) -> Result<()> {
     if outputs.len() == 1 {
         named.remove(0);
     }
-    let bad = |e: safetensors::SafeTensorError| Error::Input { what: "outputs".into(), reason: e.to_string() };
+    let bad =
+        |e: safetensors::SafeTensorError| Error::Input { what: "outputs".into(), reason: e.to_string() };
     let mut tensors = HashMap::new();
     for (name, BlockOutput { shape: [channels, rows, columns], values, .. }) in named {
         let shape = vec![1, *channels, *rows, *columns];

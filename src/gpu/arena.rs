@@ -50,7 +50,8 @@ impl Layout {
     /// Places every buffer of `plan` (textures have memory of their own), each at a multiple of `alignment` bytes.
     pub fn pack(plan: &Plan, alignment: u64) -> Self {
         let mut layout = Self { arenas: Vec::new(), places: vec![Place::default(); plan.buffers().len()] };
-        let ids = || (0..plan.buffers().len()).map(BufferId).filter(|id| plan.buffers()[id.0].texture.is_none());
+        let ids =
+            || (0..plan.buffers().len()).map(BufferId).filter(|id| plan.buffers()[id.0].texture.is_none());
         for id in ids() {
             match plan.buffers()[id.0].role {
                 Role::Uniform(..) | Role::Upload => layout.append(plan, id, Kind::Host, alignment),

@@ -141,7 +141,10 @@ pub(crate) fn compile(
     }
 }
 
-#[expect(unsafe_code, reason = "only wgpu's guard of loops is left out, and only where all are proven to end")]
+#[expect(
+    unsafe_code,
+    reason = "only wgpu's guard of loops is left out, and only where all are proven to end"
+)]
 fn create_module(device: &wgpu::Device, shader: &Shader) -> wgpu::ShaderModule {
     let source = wgpu::ShaderSource::Wgsl(shader.source.as_str().into());
     let descriptor = wgpu::ShaderModuleDescriptor { label: Some(&shader.name), source };

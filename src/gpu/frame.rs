@@ -50,10 +50,6 @@ impl Executor {
     /// [`Error::Plan`], [`Error::Gpu`], [`Error::DeviceLost`].
     pub fn build(context: &Context, plan: Plan) -> Result<Self> {
         plan.check()?;
-        Self::build_unchecked(context, plan)
-    }
-    /// PROBE
-    pub fn build_unchecked(context: &Context, plan: Plan) -> Result<Self> {
         let alignment = context.device.limits().min_storage_buffer_offset_alignment;
         let uniform_alignment = context.device.limits().min_uniform_buffer_offset_alignment;
         let layout = Layout::pack(&plan, u64::from(alignment.max(uniform_alignment)));

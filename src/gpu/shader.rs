@@ -1,8 +1,6 @@
 //! WGSL files read with naga: a pass is declared by its file alone.
 
-use naga::valid::{
-    Capabilities, GlobalUse, ShaderStages, SubgroupOperationSet, ValidationFlags, Validator,
-};
+use naga::valid::{Capabilities, GlobalUse, ShaderStages, SubgroupOperationSet, ValidationFlags, Validator};
 
 use crate::error::{Error, Result};
 use crate::gpu::loops::all_counted;
@@ -143,7 +141,10 @@ impl Shader {
             return Err(bad(format!("has {} entry points; one is wanted", module.entry_points.len())));
         };
         if entry.name != entry_point {
-            return Err(bad(format!("entry point `{}` is not named as its file `{entry_point}`", entry.name)));
+            return Err(bad(format!(
+                "entry point `{}` is not named as its file `{entry_point}`",
+                entry.name
+            )));
         }
         let mut bindings = module
             .global_variables
@@ -198,8 +199,9 @@ fn binding(
         _ => Vec::new(),
     };
     Ok(Binding {
-        access: access(var.space, &ty.inner, usage)
-            .ok_or_else(|| format!("`{name}` is neither a buffer nor a storage texture array of rgba32float"))?,
+        access: access(var.space, &ty.inner, usage).ok_or_else(|| {
+            format!("`{name}` is neither a buffer nor a storage texture array of rgba32float")
+        })?,
         slot: at.binding,
         min_bytes: u64::from(ty.inner.size(module.to_ctx())),
         type_name: if fields.is_empty() { String::new() } else { ty.name.clone().unwrap_or_default() },

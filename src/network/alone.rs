@@ -164,7 +164,8 @@ fn keep_all(passes: &Passes<'_>, plan: &mut Plan) -> Result<()> {
         let planes = planes_name(&block.shape.name);
         plan.product(&planes, u64::from(rows) * u64::from(columns) * u64::from(outputs) * 4)?;
         plan.read_back(&planes)?;
-        let sizes = [("WIDTH", columns), ("HEIGHT", rows), ("SOURCE_WIDTH", columns), ("SOURCE_HEIGHT", rows)];
+        let sizes =
+            [("WIDTH", columns), ("HEIGHT", rows), ("SOURCE_WIDTH", columns), ("SOURCE_HEIGHT", rows)];
         let label = format!("net/{}/unpack", block.shape.name);
         let tensor = format!("net/{}", block.shape.name);
         let text = Kernel::Unpack.text(label, passes.backend, &sizes);

@@ -159,7 +159,15 @@ pub fn all_kernels() -> Vec<Vec<&'static str>> {
         })
     });
     let depthwise = both.map(|from| Kernel::Depthwise { from });
-    let others = [Kernel::Pack, Kernel::Convolve, Kernel::Pointwise, Kernel::Head, Kernel::Unpack, Kernel::Resize, Kernel::Restore];
+    let others = [
+        Kernel::Pack,
+        Kernel::Convolve,
+        Kernel::Pointwise,
+        Kernel::Head,
+        Kernel::Unpack,
+        Kernel::Resize,
+        Kernel::Restore,
+    ];
     let kernels: Vec<_> = fused.chain(depthwise).chain(others).collect();
     Backend::ALL.into_iter().flat_map(|b| kernels.iter().map(move |kernel| kernel.parts(b))).collect()
 }

@@ -201,8 +201,7 @@ impl Placed<'_> {
             return self.fused(plan);
         }
         let name = format!("{}/depthwise", self.sink.name);
-        let between =
-            Tensor { name, channels: count(self.block.shape.inputs), size: self.sink.size };
+        let between = Tensor { name, channels: count(self.block.shape.inputs), size: self.sink.size };
         self.passes.declare(plan, &between)?;
         self.depthwise(plan, self.source, self.sampling(), &between, 0)?;
         if let Some(skip) = self.skip {
@@ -297,8 +296,7 @@ impl Placed<'_> {
         constants.extend_from_slice(more);
         let label = format!("{}{part}", self.sink.name);
         let weights = weights_name(&self.block.shape.name);
-        let mut renames =
-            vec![("weights", &*weights), ("source", &*source.name), ("sink", &*sink.name)];
+        let mut renames = vec![("weights", &*weights), ("source", &*source.name), ("sink", &*sink.name)];
         renames.extend(self.skip.map(|skip| ("skip", &*skip.name)));
         let grid_rows = match kernel {
             Kernel::Depthwise { .. } => source.quads(),

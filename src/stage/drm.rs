@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::error::{Error, Result};
-use crate::gpu::{FrameInput, Invocations, Plan};
+use crate::gpu::{FrameInput, Invocations, Plan, ShaderText};
 use crate::network::{Backend, INPUT, Kernel, OUTPUT, Passes};
 use crate::stage::{Job, Moment, Stage, single};
 use crate::weights::{NATIVE_SIZE, Network};
@@ -59,35 +59,27 @@ impl DrmNet {
     fn size() -> [u32; 2] {
         NATIVE_SIZE.map(|extent| u32::try_from(extent).unwrap_or(0))
     }
+}
 
-    fn sizes(job: &Job) -> [(&'static str, u32); 4] {
-        let [height, width] = Self::size();
-        [
-            ("WIDTH", width),
-            ("HEIGHT", height),
-            ("NATIVE_WIDTH", job.depth.width),
-            ("NATIVE_HEIGHT", job.depth.height),
-        ]
-    }
+/// From depth and colour of `native` rows and columns to a tensor of `size` rows and columns: the pass and its invocations.
+pub fn resize(native: [u32; 2], size: [u32; 2], backend: Backend) -> (ShaderText, Invocations) {
+    let spans = [("SPAN_X", span(native[1], size[1])), ("SPAN_Y", span(native[0], size[0]))];
+    let constants: Vec<_> = sizes(native, size).into_iter().chain(spans).collect();
+    let text = Kernel::Resize.text("net/resize".into(), backend, &constants);
+    (text, Invocations::line(size[0] * size[1]))
+}
 
-    fn resize(&self, plan: &mut Plan, job: &Job) -> Result<()> {
-        let [height, width] = Self::size();
-        plan.uniform::<ResizeParams>("resize_params")?;
-        plan.state("depth_before", u64::from(width) * u64::from(height) * 4)?;
-        let spans = [("SPAN_X", span(job.depth.width, width)), ("SPAN_Y", span(job.depth.height, height))];
-        let constants: Vec<_> = Self::sizes(job).into_iter().chain(spans).collect();
-        let text = Kernel::Resize.text("net/resize".into(), self.drm.backend, &constants);
-        plan.step(text, Invocations::line(width * height), &[("sink", INPUT)])
-    }
+/// From reliability of `size` rows and columns to `native` ones: the pass and its invocations.
+pub fn restore(native: [u32; 2], size: [u32; 2], backend: Backend) -> (ShaderText, Invocations) {
+    let words = native[1].div_ceil(4);
+    let more = [("WORDS", words), ("COLUMNS", columns(native[1], size[1]))];
+    let constants: Vec<_> = sizes(native, size).into_iter().chain(more).collect();
+    let text = Kernel::Restore.text("net/restore".into(), backend, &constants);
+    (text, Invocations::line(words * native[0]))
+}
 
-    fn restore(&self, plan: &mut Plan, job: &Job) -> Result<()> {
-        let [_, width] = Self::size();
-        let words = job.depth.width.div_ceil(4);
-        let more = [("WORDS", words), ("COLUMNS", columns(job.depth.width, width))];
-        let constants: Vec<_> = Self::sizes(job).into_iter().chain(more).collect();
-        let text = Kernel::Restore.text("net/restore".into(), self.drm.backend, &constants);
-        plan.step(text, Invocations::line(words * job.depth.height), &[("reliability_low", OUTPUT)])
-    }
+fn sizes(native: [u32; 2], size: [u32; 2]) -> [(&'static str, u32); 4] {
+    [("WIDTH", size[1]), ("HEIGHT", size[0]), ("NATIVE_WIDTH", native[1]), ("NATIVE_HEIGHT", native[0])]
 }
 
 impl Stage for DrmNet {
@@ -96,9 +88,15 @@ impl Stage for DrmNet {
         let passes = Passes { network, size: Self::size(), backend: *backend, keep_all: false };
         passes.check_size()?;
         passes.declare_input(plan)?;
-        self.resize(plan, job)?;
+        let native = [job.depth.height, job.depth.width];
+        let [rows, columns] = Self::size();
+        plan.uniform::<ResizeParams>("resize_params")?;
+        plan.state("depth_before", u64::from(rows) * u64::from(columns) * 4)?;
+        let (resize, invocations) = resize(native, Self::size(), *backend);
+        plan.step(resize, invocations, &[("sink", INPUT)])?;
         passes.append(plan)?;
-        self.restore(plan, job)
+        let (restore, invocations) = restore(native, Self::size(), *backend);
+        plan.step(restore, invocations, &[("reliability_low", OUTPUT)])
     }
 
     fn write(&self, moment: &Moment<'_>, input: &mut FrameInput<'_>) -> Result<()> {

@@ -2,6 +2,7 @@
 
 mod bad_input;
 mod determinism;
+mod drm;
 mod geometry;
 mod inputs;
 mod methods;

@@ -1,9 +1,11 @@
 //! Plain scalar twins of the stages, written from the specification.
 
 pub(crate) mod back_project;
+pub(crate) mod drm;
 pub(crate) mod inflate;
 pub(crate) mod ingest;
 pub(crate) mod move_window;
+pub(crate) mod network;
 pub(crate) mod register_color;
 pub(crate) mod see_through;
 pub(crate) mod spatial_median;

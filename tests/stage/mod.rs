@@ -1,6 +1,7 @@
 //! A test file per stage: truth, twin, edge sizes, poison.
 
 mod back_project;
+mod drm;
 mod inflate;
 mod ingest;
 mod move_window;

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use bytemuck::{Pod, bytes_of, cast_slice, pod_read_unaligned};
-use limpid::gpu::{Context, Executor, Invocations, Params, Plan, ShaderSource};
+use limpid::gpu::{Context, Executor, Invocations, Params, Plan, ShaderSource, ShaderText};
 
 use crate::support::compare::{EXACT, compare};
 use crate::support::say;
@@ -110,7 +110,7 @@ impl Fragment {
     }
 
     /// Runs the pass once.
-    pub(crate) fn run(self, source: ShaderSource, invocations: Invocations) -> Outputs {
+    pub(crate) fn run(self, source: impl Into<ShaderText>, invocations: Invocations) -> Outputs {
         self.try_run(source, invocations).unwrap()
     }
 
@@ -120,7 +120,7 @@ impl Fragment {
     /// Those of the plan and the GPU.
     pub(crate) fn try_run(
         mut self,
-        source: ShaderSource,
+        source: impl Into<ShaderText>,
         invocations: Invocations,
     ) -> limpid::Result<Outputs> {
         self.plan.step(source, invocations, &[])?;

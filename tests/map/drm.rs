@@ -1,0 +1,139 @@
+//! Method drm through the whole pipeline: the reliability that weighs the map is the network's.
+
+use limpid::Config;
+use limpid::config::Method;
+use limpid::frame::Options;
+use limpid::geometry::Rigid;
+use limpid::gpu::Chosen;
+use limpid::network::{Backend, Inference};
+use limpid::pipeline::Pipeline;
+use limpid::recording::{ColorImage, DepthSamples, RgbdFrame};
+use limpid::weights::{NATIVE_SIZE, Network};
+
+use crate::reference;
+use crate::support::compare::{Tolerance, assert_close};
+use crate::support::gpu::skipped;
+use crate::support::random::Random;
+use crate::support::run::{all, step};
+use crate::support::scene::{Block, Scene, pose, small_camera};
+
+const WEIGHTS: &str = "testdata/reference/network.safetensors";
+
+const ROUNDING: Tolerance = Tolerance { absolute: 2e-5, reason: "float32 from pixels to reliability" };
+
+fn config() -> Config {
+    Config { method: Method::Drm, weights: WEIGHTS.into(), ..Config::default() }
+}
+
+fn network() -> Network {
+    Network::from_bytes(&std::fs::read(WEIGHTS).unwrap()).unwrap()
+}
+
+/// A frame with a hole and with noise for colour, aligned to depth.
+fn frame(index: u64) -> RgbdFrame {
+    let scene = Scene::of(&[Block::new([1.53, -1.0, 0.0], [1.7, 1.0, 1.5])]);
+    let camera = small_camera();
+    let mut frame = scene.frame(index, camera, pose(0.01 + 0.02 * index as f64, 0.02, 0.0, 0.6, 0.2));
+    let DepthSamples::Metres(samples) = &mut frame.depth.samples else { unreachable!() };
+    for row in 40..60 {
+        samples[row * 160 + 30..row * 160 + 70].fill(0.0);
+    }
+    samples[0] = f32::NAN;
+    samples[1] = f32::INFINITY;
+    samples[2] = -1.0;
+    let mut random = Random(index);
+    let rgb = (0..3 * 160 * 120).map(|_| random.below(256) as u8).collect();
+    let stamp_ns = frame.depth.stamp_ns;
+    frame.color = Some(ColorImage { stamp_ns, camera, rgb });
+    frame.color_from_depth = Some(Rigid::IDENTITY);
+    frame
+}
+
+fn options(first: &RgbdFrame) -> Options {
+    all().with_color_of(std::iter::once(first))
+}
+
+/// Reliability of `frame` by the twins and the network alone, and the depth that the next frame is compared with.
+fn expected(inference: &mut Inference, frame: &RgbdFrame, before: &[f32]) -> (Vec<f32>, Vec<f32>) {
+    let DepthSamples::Metres(samples) = &frame.depth.samples else { unreachable!() };
+    let valid = |d: f32| d.is_finite() && (0.17..=10.0).contains(&d);
+    let depth: Vec<f32> = samples.iter().map(|&d| if valid(d) { d } else { 0.0 }).collect();
+    let pixels = frame.color.as_ref().unwrap().rgb.chunks_exact(3);
+    let color: Vec<u32> = pixels.map(|p| u32::from_le_bytes([p[0], p[1], p[2], 255])).collect();
+    let (planes, kept) = reference::drm::resize([120, 160], NATIVE_SIZE, &depth, &color, before, 10.0);
+    let low = inference.run(&planes).unwrap().remove(0).values;
+    (reference::drm::restore([120, 160], NATIVE_SIZE, &low, &depth), kept)
+}
+
+#[test]
+fn reliability_is_the_networks() {
+    if skipped() {
+        return;
+    }
+    let adapter = Chosen::find(None).unwrap();
+    let size = NATIVE_SIZE.map(|extent| extent as u32);
+    let open = |plan: &limpid::gpu::Plan| Chosen::find(None)?.open(&plan.requirements(), false);
+    let mut alone = Inference::build(network(), size, false, Backend::of(&adapter), open).unwrap();
+    let mut pipeline = Pipeline::open(&config(), &frame(0), &options(&frame(0))).unwrap();
+    let mut before = vec![0.0; NATIVE_SIZE[0] * NATIVE_SIZE[1]];
+    for index in 0..3 {
+        let out = step(&mut pipeline, &frame(index));
+        let (want, kept) = expected(&mut alone, &frame(index), &before);
+        before = kept;
+        let images = out.images.unwrap();
+        assert_close("reliability", &images.reliability, &want, ROUNDING);
+        assert!(images.reliability[50 * 160 + 50] == 0.0 && images.reliability[..3] == [0.0; 3]);
+        let spread = want.iter().fold((1.0_f32, 0.0_f32), |(a, b), &r| (a.min(r), b.max(r)));
+        assert!(spread.1 > 0.3 && spread.0 == 0.0, "the random network says something: {spread:?}");
+        let low = want.iter().filter(|&&r| r <= 0.3).count();
+        assert!(
+            out.counters.low_reliability.abs_diff(low as u32) <= 2,
+            "{} {low}",
+            out.counters.low_reliability
+        );
+        let share = f64::from(out.counters.low_reliability) / (160.0 * 120.0);
+        assert_eq!(out.low_reliability_fraction, share);
+        // Evidence is a mean of weights above tau.
+        let evidence = out.layers.unwrap().evidence;
+        assert!(evidence.iter().any(|&e| e > 0.3) && evidence.iter().all(|&e| e <= 1.0));
+    }
+}
+
+#[test]
+fn drm_wants_weights_and_colour() {
+    if skipped() {
+        return;
+    }
+    let refused = |config: &Config, options: &Options, parts: &[&str]| {
+        let reason = Pipeline::open(config, &frame(0), options).err().unwrap().to_string();
+        assert!(parts.iter().all(|part| reason.contains(part)), "{reason}");
+    };
+    let without = Config { weights: String::new(), ..config() };
+    refused(&without, &options(&frame(0)), &["`weights`", "--weights FILE"]);
+    let missing = Config { weights: "no/such.safetensors".into(), ..config() };
+    refused(&missing, &options(&frame(0)), &["no/such.safetensors"]);
+    let broken = Config { weights: "Cargo.toml".into(), ..config() };
+    refused(&broken, &options(&frame(0)), &["Cargo.toml", "safetensors"]);
+    refused(&config(), &all(), &["colour image", "method drm needs colour"]);
+}
+
+#[test]
+fn a_frame_without_colour_is_refused_and_the_map_stays() {
+    if skipped() {
+        return;
+    }
+    let mut pipeline = Pipeline::open(&config(), &frame(0), &options(&frame(0))).unwrap();
+    let before = step(&mut pipeline, &frame(0));
+    let mut blind = frame(1);
+    blind.color = None;
+    let mut nowhere = frame(1);
+    nowhere.color_from_depth = None;
+    for frame in [blind, nowhere] {
+        let reason = pipeline.submit(&frame).unwrap_err().to_string();
+        assert!(reason.contains("colour image") && reason.contains("method drm needs it"), "{reason}");
+    }
+    assert!(pipeline.receive().unwrap().is_none());
+    let after = step(&mut pipeline, &frame(1));
+    assert_eq!(after.counters.pixels, before.counters.pixels);
+    assert!(after.counters.valid > 1000);
+}
