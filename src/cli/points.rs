@@ -25,21 +25,14 @@ pub(crate) struct PointsArguments {
     /// What the numbers of a cloud's return_type field mean
     #[arg(long, value_enum, default_value = "first-last")]
     returns: ReturnCodes,
-    /// Add the vertical offsets of the VLP-16's lasers (up to 11.2 mm) to z
-    #[arg(long)]
-    vertical_offsets: bool,
     /// Stop after this many scans
     #[arg(long, value_name = "N")]
     limit: Option<u64>,
 }
 
 pub(crate) fn execute(arguments: &PointsArguments) -> Result<()> {
-    let options = Options {
-        topic: arguments.topic.clone(),
-        model: arguments.model,
-        vertical_offsets: arguments.vertical_offsets,
-        return_codes: arguments.returns,
-    };
+    let options =
+        Options { topic: arguments.topic.clone(), model: arguments.model, return_codes: arguments.returns };
     let mut scans = points::open(&arguments.input, &options)?;
     if let Some(dir) = &arguments.output {
         std::fs::create_dir_all(dir).map_err(Error::file(dir))?;

@@ -107,9 +107,6 @@ pub struct Options {
     pub topic: Option<String>,
     /// Model of a Velodyne sensor; `None`: from the packets.
     pub model: Option<velodyne::Model>,
-    /// Adds the lasers' vertical offsets of the manual to Velodyne points (VLP-16: up to 11.2 mm in z). Off by
-    /// default, as in the common drivers.
-    pub vertical_offsets: bool,
     /// Meaning of the numbers in a cloud's `return_type` field.
     pub return_codes: ReturnCodes,
 }

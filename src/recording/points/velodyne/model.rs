@@ -42,10 +42,6 @@ const VLP32C_AHEAD: [i16; 32] = [
     -420, 420, -140, 140, -140, 140, -140, 140, -420, 420, -140, 140, -140,
 ];
 
-/// Vertical offsets of the VLP-16's lasers, millimetres.
-const VLP16_OFFSET_MM: [f64; 16] =
-    [11.2, -0.7, 9.7, -2.2, 8.1, -3.7, 6.6, -5.1, 5.1, -6.6, 3.7, -8.1, 2.2, -9.7, 0.7, -11.2];
-
 /// When the channels of a block fire.
 struct Timing {
     /// From one block's first firing to the next's in single-return mode, microseconds.
@@ -97,6 +93,15 @@ impl Model {
         if self == Self::Vlp32c { 0.004 } else { 0.002 }
     }
 
+    /// From the axis to the point where all beams cross, metres (envelope drawings 86-0101, 86-0129, 86-0106, 86-0130).
+    fn focal_m(self) -> f64 {
+        match self {
+            Self::Vlp16 | Self::PuckHiRes => 0.041_91,
+            Self::Hdl32e => 0.028_83,
+            Self::Vlp32c => 0.042_4,
+        }
+    }
+
     fn elevations_deg(self) -> &'static [f64] {
         match self {
             Self::Vlp16 => &VLP16_DEG,
@@ -127,6 +132,7 @@ impl Model {
 pub(super) struct Channel {
     pub(super) cos_elevation: f32,
     pub(super) sin_elevation: f32,
+    /// Added to z: the beams do not cross in the axis.
     pub(super) offset_m: f32,
     /// Hundredths of a degree ahead of the azimuth, in `0..TURN`.
     pub(super) ahead: usize,
@@ -150,9 +156,8 @@ pub(super) struct Calibration {
 
 impl Calibration {
     #[expect(clippy::cast_possible_truncation, reason = "constants, far from the limits of their types")]
-    pub(super) fn new(model: Model, vertical_offsets: bool) -> Self {
+    pub(super) fn new(model: Model) -> Self {
         let (lasers, elevations, timing) = (model.lasers(), model.elevations_deg(), model.timing());
-        let offsets_mm = if model == Model::Vlp16 && vertical_offsets { VLP16_OFFSET_MM } else { [0.0; 16] };
         let (mut channels, mut firing_s) = ([Channel::default(); CHANNELS], [[0.0; CHANNELS]; BLOCKS]);
         for (at, channel) in channels.iter_mut().enumerate() {
             let (laser, sequence) = (at % lasers, at / lasers);
@@ -161,8 +166,8 @@ impl Calibration {
             *channel = Channel {
                 cos_elevation: elevation.cos() as f32,
                 sin_elevation: elevation.sin() as f32,
-                offset_m: (offsets_mm[laser % 16] * 1e-3) as f32,
-                ahead: usize::from(ahead.rem_euclid(TURN as i16).unsigned_abs()),
+                offset_m: (-model.focal_m() * elevation.tan()) as f32,
+                ahead: i32::from(ahead).rem_euclid(TURN.into()).unsigned_abs() as usize,
                 ring: elevations.iter().filter(|&&other| other < elevations[laser]).count() as u16,
                 sequence: sequence as u16,
             };

@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 
 use super::detect::{detect, elapsed_us};
-use super::model::{Calibration, Model};
+use super::model::Calibration;
 use super::packet::{BLOCKS, Packet, ReturnMode, TURN};
 use crate::error::Result;
 use crate::recording::ReadReport;
@@ -57,7 +57,6 @@ struct Building {
 /// came at, plus the time of its first firing in the packet. Memory is bounded: a revolution that does not end is cut
 /// after 1024 packets or a second.
 pub struct Decoder {
-    options: Options,
     /// Names the packets in reports.
     source: String,
     frame_id: String,
@@ -66,21 +65,23 @@ pub struct Decoder {
     /// Factory byte of the first packet; those of another sensor are passed over.
     model_byte: Option<u8>,
     building: Option<Building>,
+    /// Points of the last scan: about as many will be in the next.
+    last_points: usize,
     finished: VecDeque<Scan>,
 }
 
 impl Decoder {
     /// For the packets of `source` (a topic or file) in frame `frame_id`.
     pub fn new(source: &str, frame_id: &str, options: &Options) -> Self {
-        let calibration = options.model.map(|model| Calibration::new(model, options.vertical_offsets));
+        let calibration = options.model.map(Calibration::new);
         Self {
-            options: options.clone(),
             source: source.into(),
             frame_id: frame_id.into(),
             waiting: Vec::new(),
             calibration,
             model_byte: None,
             building: None,
+            last_points: 0,
             finished: VecDeque::new(),
         }
     }
@@ -140,7 +141,7 @@ impl Decoder {
         match detect(&packets) {
             Ok((model, note)) => {
                 note.into_iter().for_each(|note| report.note(format!("{}: {note}", self.source)));
-                self.set_model(model);
+                self.calibration = Some(Calibration::new(model));
                 waiting.iter().for_each(|waiting| self.decode(waiting, report));
             }
             Err(error) => {
@@ -152,12 +153,10 @@ impl Decoder {
         }
     }
 
-    fn set_model(&mut self, model: Model) {
-        self.calibration = Some(Calibration::new(model, self.options.vertical_offsets));
-    }
-
     fn end_scan(&mut self) {
-        self.finished.extend(self.building.take().map(|building| building.scan));
+        let ended = self.building.take().map(|building| building.scan);
+        self.last_points = ended.as_ref().map_or(self.last_points, |scan| scan.points.len());
+        self.finished.extend(ended);
     }
 
     fn decode(&mut self, waiting: &Waiting, report: &mut ReadReport) {
@@ -174,7 +173,8 @@ impl Decoder {
             let firing = block / packet.blocks_per_firing();
             let start_s = calibration.firing_s[firing][0];
             let building = self.building.get_or_insert_with(|| {
-                Building::new(&self.frame_id, packet, stamp_after(*stamp_ns, start_s), start_s)
+                let scan = new_scan(&self.frame_id, stamp_after(*stamp_ns, start_s), self.last_points);
+                Building { scan, start_us: packet.time_us(), start_s, last_azimuth: 0, packets: 0, column: 0 }
             });
             building.last_azimuth = azimuth;
             building.add(packet, block, rate, &calibration);
@@ -197,6 +197,18 @@ impl Decoder {
             return;
         }
         self.end_scan();
+    }
+}
+
+fn new_scan(frame_id: &str, stamp_ns: u64, points: usize) -> Scan {
+    Scan {
+        index: 0,
+        stamp_ns,
+        frame_id: frame_id.into(),
+        // The next revolution has a few in a hundred more or less.
+        points: Vec::with_capacity(points + points / 16),
+        columns: Columns { ring: true, column: true, time: true, return_type: true, label: false },
+        dropped: Dropped::default(),
     }
 }
 
@@ -234,19 +246,6 @@ struct Firing<'a> {
 }
 
 impl Building {
-    fn new(frame_id: &str, packet: &Packet, stamp_ns: u64, start_s: f32) -> Self {
-        let columns = Columns { ring: true, column: true, time: true, return_type: true, label: false };
-        let scan = Scan {
-            index: 0,
-            stamp_ns,
-            frame_id: frame_id.into(),
-            points: Vec::new(),
-            columns,
-            dropped: Dropped::default(),
-        };
-        Self { scan, start_us: packet.time_us(), start_s, last_azimuth: 0, packets: 0, column: 0 }
-    }
-
     /// The points of a block, in dual mode of a pair of blocks.
     fn add(&mut self, packet: &Packet, block: usize, rate: f32, calibration: &Calibration) {
         let firing_s = &calibration.firing_s[block / packet.blocks_per_firing()];
@@ -321,11 +320,12 @@ impl Building {
 
 /// The azimuth of a later firing of a block, rounded to the hundredths of a degree that the sensor counts in.
 fn turned_azimuth(azimuth: f32, turned: f32) -> usize {
+    // A whole turn keeps it positive, so that cutting off after adding a half rounds.
     #[expect(
         clippy::cast_possible_truncation,
         clippy::cast_sign_loss,
-        reason = "at most two turns, positive"
+        reason = "at most three turns, positive"
     )]
-    let hundredths = (azimuth + turned + f32::from(TURN)).round() as usize;
-    hundredths % usize::from(TURN)
+    let hundredths = (azimuth + turned + f32::from(TURN) + 0.5) as u32;
+    (hundredths % u32::from(TURN)) as usize
 }
