@@ -1,8 +1,12 @@
 """Compares `limpid points` with the Python package velodyne-decoder, point by point.
 
-    pip install velodyne-decoder dpkt mcap numpy
+    pip install velodyne-decoder dpkt mcap mcap-ros2-support numpy
     cargo build --release
     python tests/reference/velodyne.py target/release/limpid "$LIMPID_DATA"
+    python tests/reference/velodyne.py figures "$LIMPID_DATA" > testdata/reference/lidar_points.json
+
+The second command stores the peer's figures (sums and checksums) for the tests; those of 3dref.mcap come from the message
+itself, by mcap-ros2-support and NumPy.
 
 Every pcap of the data folder, the packets of vlp16-dual.mcap, and made-up packets of the models that no recording is
 of. Asked are the same points in the same order: as many, positions within 5 mm, intensity, ring and slot of the
@@ -22,6 +26,7 @@ Conventions that differ:
   interpolates from each block to the next, which is the same but for the azimuths' own jitter.
 """
 
+import json
 import struct
 import subprocess
 import sys
@@ -172,16 +177,60 @@ def write_pcap(path, packets):
             writer.writepkt(bytes(dpkt.ethernet.Ethernet(data=ip, type=dpkt.ethernet.ETH_TYPE_IP)), stamp)
 
 
-def main(limpid, data):
+def recordings(data):
+    """All recordings with the packets that the peer is given."""
     lidar = Path(data) / "lidar"
-    results = []
     for path in sorted(lidar.glob("mrpt-*/*.pcap")) + sorted(lidar.glob("veloview-*/*.pcap")):
         packets = pcap_packets(path)
         if "vlp-16" in path.name:
             packets = [(stamp, packet[:-1] + b"\x22") for stamp, packet in packets]
-        results.append(check(path.name, limpid, path, packets))
-    dual = lidar / "vlp16-dual.mcap"
-    results.append(check(dual.name, limpid, dual, mcap_packets(dual)))
+        yield path, packets
+    yield lidar / "vlp16-dual.mcap", mcap_packets(lidar / "vlp16-dual.mcap")
+
+
+def sums(points, slots):
+    """Figures that the tests compute too; checksums weigh each point by its number, from 1, modulo 1009."""
+    weights = np.arange(1, len(points) + 1) % 1009
+    checksum = lambda values: int(np.sum(weights * values.astype(np.int64)))
+    axes = [points[axis].astype(float) for axis in "xyz"]
+    return {
+        "points": len(points),
+        "sum_m": [axis.sum() for axis in axes],
+        "sum_abs_m": [np.abs(axis).sum() for axis in axes],
+        "intensity": checksum(points["intensity"]),
+        "ring": checksum(points["ring"]),
+        "return_type": checksum(slots),
+    }
+
+
+def cloud_points(path):
+    from mcap_ros2.decoder import DecoderFactory
+
+    kinds = {7: "<f4", 4: "<u2", 2: "u1"}
+    with open(path, "rb") as file:
+        reader = make_reader(file, decoder_factories=[DecoderFactory()])
+        for _, _, _, message in reader.iter_decoded_messages(topics=["/hesai/points"]):
+            fields = message.fields
+            names, offsets = [field.name for field in fields], [field.offset for field in fields]
+            formats = [kinds[field.datatype] for field in fields]
+            layout = {"names": names, "formats": formats, "offsets": offsets, "itemsize": message.point_step}
+            yield np.frombuffer(bytes(message.data), dtype=np.dtype(layout))
+
+
+def figures(data):
+    found = {}
+    for path, packets in recordings(data):
+        points, _ = theirs(packets, None)
+        single = packets[0][1][PACKET - 2] != 0x39
+        slots = np.array([0, *(SINGLE if single else SLOTS[slot] for slot in (1, 2, 3))])[points["return_type"]]
+        found[path.name] = sums(points, slots)
+    clouds = np.concatenate(list(cloud_points(Path(data) / "lidar" / "3dref.mcap")))
+    found["3dref.mcap"] = sums(clouds, clouds["return_type"])
+    print(json.dumps(found, indent=1))
+
+
+def main(limpid, data):
+    results = [check(path.name, limpid, path, packets) for path, packets in recordings(data)]
     for name, byte, block_us in [("VLP-16", 0x22, 110.592), ("Puck Hi-Res", 0x24, 110.592), ("HDL-32E", 0x21, 46.08), ("VLP-32C", 0x28, 55.296)]:
         for mode in (0x37, 0x38, 0x39):
             with tempfile.TemporaryDirectory() as folder:
@@ -193,4 +242,7 @@ def main(limpid, data):
 
 
 if __name__ == "__main__":
-    main(*sys.argv[1:3])
+    if sys.argv[1] == "figures":
+        figures(sys.argv[2])
+    else:
+        main(*sys.argv[1:3])

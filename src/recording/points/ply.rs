@@ -17,6 +17,9 @@ pub(super) const MAGIC: &[u8] = b"ply";
 
 const WHAT: &str = "PLY";
 
+/// Longest message of the parser that is passed on, characters.
+const MAX_MESSAGE: usize = 400;
+
 /// Vertices parsed at a time.
 const CHUNK: usize = 4096;
 
@@ -103,6 +106,10 @@ fn check_size(element: &ElementDef, encoding: Encoding, file_bytes: usize) -> Re
 
 /// The vertices' numbers as 64-bit floats, one vertex after the other.
 fn vertices(reader: &mut Reader<&[u8]>, element: &ElementDef, header: &Header) -> Result<Vec<u8>> {
+    let is_list = |property: &&PropertyDef| matches!(property.data_type, PropertyType::List(..));
+    if let Some(list) = element.properties.values().find(is_list) {
+        return Err(decode_error(WHAT, format!("property `{}` of the vertices is a list", list.name)));
+    }
     let (mut numbers, mut left) = (Vec::new(), element.count);
     let parser = Parser::<Numbers>::new();
     while left > 0 {
@@ -150,5 +157,8 @@ fn scalar_of(scalar: &ScalarType) -> Scalar {
 /// The parser's message without the line that it quotes, which may be long.
 fn refuse(error: ply_rs_bw::parser::ParseError) -> Error {
     let text = error.to_string();
-    decode_error(WHAT, text.lines().next().unwrap_or_default())
+    let lines = text.lines().map(str::trim).enumerate();
+    let said: Vec<&str> =
+        lines.filter(|(at, line)| *at == 0 || line.starts_with("Error: ")).map(|(_, line)| line).collect();
+    decode_error(WHAT, said.join(" ").chars().take(MAX_MESSAGE).collect::<String>())
 }
