@@ -31,26 +31,29 @@ impl Scalar {
     /// The number in the first bytes; 64-bit integers are rounded to 53 bits.
     #[expect(clippy::cast_precision_loss, reason = "64-bit integers are times, to less than a microsecond")]
     fn read(self, bytes: &[u8], big_endian: bool) -> f64 {
-        let mut le = [0; 8];
-        let size = self.size();
-        le[..size].copy_from_slice(&bytes[..size]);
-        if big_endian {
-            le[..size].reverse();
-        }
-        let [a, b, c, d, ..] = le;
         match self {
-            Self::I8 => i8::from_le_bytes([a]).into(),
-            Self::U8 => a.into(),
-            Self::I16 => i16::from_le_bytes([a, b]).into(),
-            Self::U16 => u16::from_le_bytes([a, b]).into(),
-            Self::I32 => i32::from_le_bytes([a, b, c, d]).into(),
-            Self::U32 => u32::from_le_bytes([a, b, c, d]).into(),
-            Self::F32 => f32::from_le_bytes([a, b, c, d]).into(),
-            Self::I64 => i64::from_le_bytes(le) as f64,
-            Self::U64 => u64::from_le_bytes(le) as f64,
-            Self::F64 => f64::from_le_bytes(le),
+            Self::I8 => i8::from_le_bytes(take(bytes, big_endian)).into(),
+            Self::U8 => u8::from_le_bytes(take(bytes, big_endian)).into(),
+            Self::I16 => i16::from_le_bytes(take(bytes, big_endian)).into(),
+            Self::U16 => u16::from_le_bytes(take(bytes, big_endian)).into(),
+            Self::I32 => i32::from_le_bytes(take(bytes, big_endian)).into(),
+            Self::U32 => u32::from_le_bytes(take(bytes, big_endian)).into(),
+            Self::F32 => f32::from_le_bytes(take(bytes, big_endian)).into(),
+            Self::I64 => i64::from_le_bytes(take(bytes, big_endian)) as f64,
+            Self::U64 => u64::from_le_bytes(take(bytes, big_endian)) as f64,
+            Self::F64 => f64::from_le_bytes(take(bytes, big_endian)),
         }
     }
+}
+
+/// The first bytes, the least significant first.
+fn take<const N: usize>(bytes: &[u8], big_endian: bool) -> [u8; N] {
+    let mut le = [0; N];
+    le.copy_from_slice(&bytes[..N]);
+    if big_endian {
+        le.reverse();
+    }
+    le
 }
 
 /// Where the numbers of a field lie: that of point (row, column) at `offset + row * row_step + column * stride`.
