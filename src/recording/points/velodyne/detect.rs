@@ -11,9 +11,11 @@ pub(super) const HOUR_US: u32 = 3_600_000_000;
 /// How far a model's block time may be off; those of different models are 17 % and more apart.
 const TIMING_TOLERANCE: f64 = 0.05;
 
-/// From one packet's time to another's, across a full hour too.
+/// From one packet's time to another's, across a full hour too. Times beyond an hour, which no sensor sends, count as
+/// within it.
 pub(super) fn elapsed_us(from_us: u32, to_us: u32) -> u32 {
-    if to_us >= from_us { to_us - from_us } else { (to_us + (HOUR_US - from_us % HOUR_US)) % HOUR_US }
+    let (from_us, to_us) = (from_us % HOUR_US, to_us % HOUR_US);
+    if to_us >= from_us { to_us - from_us } else { HOUR_US - (from_us - to_us) }
 }
 
 /// The median time between firings of a block, microseconds; `None` of less than two packets.
