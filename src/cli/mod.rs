@@ -5,6 +5,7 @@ mod config;
 mod demo;
 mod info;
 mod net;
+mod points;
 mod profile;
 mod run;
 
@@ -35,6 +36,8 @@ enum Verb {
     Config,
     /// Check a weight file and print weights, biases and multiply-accumulates by block
     Net(net::NetArguments),
+    /// Decode the scans of a lidar recording and write each as a PLY file
+    Points(points::PointsArguments),
     /// Measure time per pass and per frame
     Bench(bench::BenchArguments),
     /// Write a trace of frames and passes that Perfetto (ui.perfetto.dev) opens
@@ -88,6 +91,7 @@ pub(crate) fn execute(arguments: Arguments) -> Result<()> {
             Ok(())
         }
         Verb::Net(arguments) => net::execute(&arguments),
+        Verb::Points(arguments) => points::execute(&arguments),
         Verb::Bench(arguments) => bench::execute(&arguments),
         Verb::Profile(arguments) => profile::execute(&arguments),
     }

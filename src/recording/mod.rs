@@ -9,6 +9,7 @@ mod log;
 mod mcap;
 pub mod message;
 mod open;
+pub mod points;
 mod pose;
 mod report;
 mod still;

@@ -7,6 +7,7 @@ mod exr;
 mod hostile;
 mod messages;
 mod pairing;
+mod points;
 mod poses;
 mod real;
 mod ros1;

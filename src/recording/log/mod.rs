@@ -4,6 +4,7 @@
 mod decode;
 mod file;
 mod records;
+mod scans;
 mod sdk;
 mod topics;
 
@@ -11,6 +12,7 @@ use std::path::{Path, PathBuf};
 
 pub(crate) use self::file::LogFile;
 pub(crate) use self::records::{Record, Records};
+pub use self::scans::LogScans;
 use self::sdk::SdkStreams;
 use self::topics::{Channel, Channels, Kind, Topics};
 use super::bag::BagRecords;

@@ -43,6 +43,9 @@ pub(super) enum Kind {
     FoxgloveCalibration,
     FoxgloveTransform,
     FoxgloveTransforms,
+    RosPointCloud(Wire),
+    FoxglovePointCloud,
+    VelodyneScan(Wire),
 }
 
 impl Kind {
@@ -56,6 +59,7 @@ impl Kind {
                 "foxglove.CameraCalibration" => Self::FoxgloveCalibration,
                 "foxglove.FrameTransform" => Self::FoxgloveTransform,
                 "foxglove.FrameTransforms" => Self::FoxgloveTransforms,
+                "foxglove.PointCloud" => Self::FoxglovePointCloud,
                 _ => return None,
             }),
             _ => None,
@@ -71,6 +75,8 @@ impl Kind {
             "nav_msgs/Odometry" => Self::RosOdometry(wire),
             "geometry_msgs/Transform" => Self::RosTransform(wire),
             "std_msgs/Float32" => Self::RosFloat(wire),
+            "sensor_msgs/PointCloud2" => Self::RosPointCloud(wire),
+            "velodyne_msgs/VelodyneScan" => Self::VelodyneScan(wire),
             _ => return None,
         })
     }
@@ -85,6 +91,10 @@ impl Kind {
 
     pub(super) fn is_calibration(self) -> bool {
         matches!(self, Self::RosCameraInfo(_) | Self::FoxgloveCalibration)
+    }
+
+    pub(super) fn is_scan(self) -> bool {
+        matches!(self, Self::RosPointCloud(_) | Self::FoxglovePointCloud | Self::VelodyneScan(_))
     }
 
     pub(super) fn is_transforms(self) -> bool {
@@ -160,7 +170,7 @@ impl Channels {
     }
 
     /// Channels of a kind, those known to be empty left out.
-    fn of_kind(&self, is: impl Fn(Kind) -> bool) -> impl Iterator<Item = &Channel> {
+    pub(super) fn of_kind(&self, is: impl Fn(Kind) -> bool) -> impl Iterator<Item = &Channel> {
         self.by_id.values().filter(move |c| c.kind.is_some_and(&is) && c.messages != Some(0))
     }
 
@@ -169,7 +179,7 @@ impl Channels {
     }
 
     /// The configured topic, if it is there and of the right kind; `None` where none is configured.
-    fn configured(
+    pub(super) fn configured(
         &self,
         path: &Path,
         key: &str,
@@ -269,7 +279,7 @@ impl Topics {
     }
 }
 
-fn missing(path: &Path, what: &str, key: &str, channels: &Channels) -> Error {
+pub(super) fn missing(path: &Path, what: &str, key: &str, channels: &Channels) -> Error {
     let reason = format!(
         "holds no {what} that is recognised by type and name; set `{key}` if there is one ({})",
         channels.listing()

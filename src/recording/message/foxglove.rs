@@ -160,6 +160,81 @@ pub struct FrameTransforms {
     pub transforms: Vec<FrameTransform>,
 }
 
+/// `foxglove.Pose`.
+#[derive(Clone, Copy, PartialEq, prost::Message)]
+pub struct Pose {
+    /// Metres.
+    #[prost(message, optional, tag = "1")]
+    pub position: Option<Vector3>,
+    /// Unit quaternion.
+    #[prost(message, optional, tag = "2")]
+    pub orientation: Option<Quaternion>,
+}
+
+/// `foxglove.PackedElementField`.
+#[derive(Clone, PartialEq, Eq, prost::Message)]
+pub struct PackedElementField {
+    /// Such as `x` or `intensity`.
+    #[prost(string, tag = "1")]
+    pub name: String,
+    /// Bytes from the start of the point.
+    #[prost(fixed32, tag = "2")]
+    pub offset: u32,
+    /// Type of its number.
+    #[prost(enumeration = "packed_element_field::NumericType", tag = "3")]
+    pub r#type: i32,
+}
+
+/// What belongs to [`PackedElementField`].
+pub mod packed_element_field {
+    /// Types of numbers, all little-endian.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, prost::Enumeration)]
+    #[repr(i32)]
+    pub enum NumericType {
+        /// Not stated.
+        Unknown = 0,
+        /// 8 bits.
+        Uint8 = 1,
+        /// 8 bits, signed.
+        Int8 = 2,
+        /// 16 bits.
+        Uint16 = 3,
+        /// 16 bits, signed.
+        Int16 = 4,
+        /// 32 bits.
+        Uint32 = 5,
+        /// 32 bits, signed.
+        Int32 = 6,
+        /// 32-bit float.
+        Float32 = 7,
+        /// 64-bit float.
+        Float64 = 8,
+    }
+}
+
+/// `foxglove.PointCloud`.
+#[derive(Clone, PartialEq, prost::Message)]
+pub struct PointCloud {
+    /// Time of the cloud.
+    #[prost(message, optional, tag = "1")]
+    pub timestamp: Option<Timestamp>,
+    /// Frame that the pose is given in.
+    #[prost(string, tag = "2")]
+    pub frame_id: String,
+    /// Pose of the cloud's origin in the frame.
+    #[prost(message, optional, tag = "3")]
+    pub pose: Option<Pose>,
+    /// Bytes from one point to the next.
+    #[prost(fixed32, tag = "4")]
+    pub point_stride: u32,
+    /// What a point holds.
+    #[prost(message, repeated, tag = "5")]
+    pub fields: Vec<PackedElementField>,
+    /// The points.
+    #[prost(bytes = "vec", tag = "6")]
+    pub data: Vec<u8>,
+}
+
 /// A message from its protobuf bytes; allocates no more than a few times the payload's size.
 ///
 /// # Errors

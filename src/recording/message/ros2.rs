@@ -258,6 +258,43 @@ impl CameraInfo {
     }
 }
 
+/// `sensor_msgs/msg/PointField`.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct PointField {
+    /// Such as `x` or `intensity`.
+    pub name: String,
+    /// Bytes from the start of the point.
+    pub offset: u32,
+    /// 1 to 8: i8, u8, i16, u16, i32, u32, f32, f64.
+    pub datatype: u8,
+    /// Numbers in the field.
+    pub count: u32,
+}
+
+/// `sensor_msgs/msg/PointCloud2`.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct PointCloud2 {
+    /// Stamp and frame.
+    pub header: Header,
+    /// Rows; 1 where the cloud is not organized.
+    pub height: u32,
+    /// Points in a row.
+    pub width: u32,
+    /// What a point holds.
+    pub fields: Vec<PointField>,
+    /// Whether numbers are big-endian (0 or 1).
+    pub is_bigendian: u8,
+    /// Bytes from one point to the next.
+    pub point_step: u32,
+    /// Bytes from one row to the next.
+    pub row_step: u32,
+    /// `row_step * height` bytes.
+    #[serde(with = "serde_bytes")]
+    pub data: Vec<u8>,
+    /// Whether all points are finite (0 or 1).
+    pub is_dense: u8,
+}
+
 /// A message from its encapsulation: a header of four bytes, whose second says the byte order, then CDR.
 /// Allocates no more than the payload's own size; bytes after the message are ignored.
 ///

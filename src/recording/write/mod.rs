@@ -13,6 +13,7 @@ mod exr;
 mod map_server;
 mod mcap;
 pub mod message;
+mod ply;
 mod png;
 mod ros_file;
 mod schema;
@@ -20,6 +21,7 @@ mod schema;
 pub use exr::DumpSink;
 pub use map_server::save_map;
 pub use mcap::{McapSink, occupancy_of_cost};
+pub use ply::save_scan;
 pub use png::PngSink;
 pub use ros_file::RosFile;
 

@@ -1,0 +1,28 @@
+//! Any bytes as clouds of all kinds: errors or finite points, at most one for each byte.
+#![no_main]
+
+use libfuzzer_sys::fuzz_target;
+use limpid::recording::message::{foxglove, ros1, ros2};
+use limpid::recording::points::{Options, Scan, cloud, pcd, ply};
+
+fn check(scan: limpid::Result<Scan>, bytes: usize) {
+    let Ok(scan) = scan else { return };
+    assert!(scan.points.len() <= bytes);
+    for point in &scan.points {
+        let [x, y, z] = point.position_m();
+        assert!([x, y, z, point.intensity, point.time_s].iter().all(|value| value.is_finite()));
+    }
+}
+
+fuzz_target!(|bytes: &[u8]| {
+    let Some((kind, bytes)) = bytes.split_first() else { return };
+    let options = Options::default();
+    let scan = match kind % 5 {
+        0 => ros2::decode_cdr("", bytes).and_then(|message| cloud::from_ros(message, &options)),
+        1 => ros1::decode("", bytes).and_then(|message| cloud::from_ros(message, &options)),
+        2 => foxglove::decode_protobuf("", bytes).and_then(|message| cloud::from_foxglove(&message, &options)),
+        3 => ply::read(bytes, 0, &options),
+        _ => pcd::read(bytes, 0, &options),
+    };
+    check(scan, bytes.len());
+});
