@@ -7,6 +7,7 @@ mod info;
 mod net;
 mod profile;
 mod run;
+mod sim;
 
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -35,6 +36,8 @@ enum Verb {
     Config,
     /// Check a weight file and print weights, biases and multiply-accumulates by block
     Net(net::NetArguments),
+    /// Make a ray-traced recording with ground truth, from a scene or a seed
+    Sim(sim::SimArguments),
     /// Measure time per pass and per frame
     Bench(bench::BenchArguments),
     /// Write a trace of frames and passes that Perfetto (ui.perfetto.dev) opens
@@ -82,6 +85,7 @@ pub(crate) fn execute(arguments: Arguments) -> Result<()> {
             Ok(())
         }
         Verb::Net(arguments) => net::execute(&arguments),
+        Verb::Sim(arguments) => sim::execute(&arguments),
         Verb::Bench(arguments) => bench::execute(&arguments),
         Verb::Profile(arguments) => profile::execute(&arguments),
     }

@@ -1,0 +1,119 @@
+// Winner takes all: sums costs over five rows, keeps the best disparity, fits it to a fraction of a pixel.
+// spec 1 §8 (winner takes all, uniqueness). An invocation does 4 rows of a column; -1: no disparity.
+struct SimWinnerParams {
+    width: u32,
+    height: u32,
+    disparity_words: u32,   // two disparities each
+    uniqueness: f32,        // the second best must cost more than the best by this share
+    largest_cost: f32,      // costs above this are no match
+}
+
+@group(0) @binding(0) var<uniform> winner_params: SimWinnerParams;
+@group(0) @binding(1) var<storage, read> volume: array<u32>;
+@group(0) @binding(2) var<storage, read_write> disparity: array<f32>;
+
+// Whether the left image's pixels are matched; else the right's, by the same costs and without the cuts.
+override left: bool = true;
+
+const ROWS = 4u;
+const NONE = 65535u;
+const UNMATCHED = 0x01360136u;      // five columns of 62, twice
+
+// The best disparity so far and what its fit and its uniqueness need.
+struct Best {
+    cost: u32,
+    disparity: u32,
+    before: u32,        // cost one disparity below it
+    after: u32,         // and above
+    second: u32,        // least cost more than one disparity away
+    last: u32,          // cost at the disparity before this one
+    least: u32,         // least cost before that
+}
+
+fn considered(best: Best, disparity: u32, cost: u32) -> Best {
+    let better = cost < best.cost;
+    let next = disparity == best.disparity + 1u;
+    let beyond = disparity > best.disparity + 1u;
+    var b = best;
+    b.second = select(select(best.second, min(best.second, cost), beyond), best.least, better);
+    b.after = select(select(best.after, cost, next), NONE, better);
+    b.before = select(best.before, best.last, better);
+    b.disparity = select(best.disparity, disparity, better);
+    b.cost = min(best.cost, cost);
+    b.least = min(best.least, best.last);
+    b.last = cost;
+    return b;
+}
+
+// Costs of two disparities at a row, each over five columns.
+fn costs_at(row: u32, word: u32, x: u32) -> u32 {
+    let width = winner_params.width;
+    let start = (row * winner_params.disparity_words + word) * width;
+    if left {
+        return volume[start + x];
+    }
+    let even = x + 2u * word;
+    let low = select(UNMATCHED, volume[start + min(even, width - 1u)], even < width);
+    let high = select(UNMATCHED, volume[start + min(even + 1u, width - 1u)], even + 1u < width);
+    return (low & 0xffffu) | (high & 0xffff0000u);
+}
+
+// Where the two straight lines through the neighbours' costs meet: costs of this kind grow by the distance.
+fn fitted(best: Best) -> f32 {
+    let before = f32(best.before);
+    let after = f32(best.after);
+    let steeper = max(max(before, after) - f32(best.cost), 1.0);
+    let inner = best.before != NONE && best.after != NONE;
+    return f32(best.disparity) + select(0.0, 0.5 * (before - after) / steeper, inner);
+}
+
+fn considered_pair(best: Best, word: u32, costs: u32) -> Best {
+    return considered(considered(best, 2u * word, costs & 0xffffu), 2u * word + 1u, costs >> 16u);
+}
+
+fn chosen(best: Best) -> f32 {
+    let unique = f32(best.cost) < (1.0 - winner_params.uniqueness) * f32(best.second);
+    let sure = !left || (unique && f32(best.cost) <= winner_params.largest_cost);
+    return select(-1.0, fitted(best), sure);
+}
+
+@compute @workgroup_size(64)
+fn winner(@builtin(global_invocation_id) id: vec3<u32>) {
+    let width = winner_params.width;
+    let height = winner_params.height;
+    let first_row = id.y * ROWS;
+    if id.x >= width || first_row >= height {
+        return;
+    }
+    // Variables by name, not arrays: drivers keep them in registers.
+    let none = Best(NONE, 0u, NONE, NONE, NONE, NONE, NONE);
+    var best0 = none;
+    var best1 = none;
+    var best2 = none;
+    var best3 = none;
+    let last = height - 1u;
+    let above2 = max(first_row, 2u) - 2u;
+    let above1 = max(first_row, 1u) - 1u;
+    for (var word = 0u; word < winner_params.disparity_words; word++) {
+        let a = costs_at(above2, word, id.x);
+        let b = costs_at(above1, word, id.x);
+        let c = costs_at(first_row, word, id.x);
+        let d = costs_at(min(first_row + 1u, last), word, id.x);
+        let e = costs_at(min(first_row + 2u, last), word, id.x);
+        let f = costs_at(min(first_row + 3u, last), word, id.x);
+        let g = costs_at(min(first_row + 4u, last), word, id.x);
+        let h = costs_at(min(first_row + 5u, last), word, id.x);
+        let sum0 = a + b + c + d + e;
+        let sum1 = sum0 + f - a;
+        let sum2 = sum1 + g - b;
+        best0 = considered_pair(best0, word, sum0);
+        best1 = considered_pair(best1, word, sum1);
+        best2 = considered_pair(best2, word, sum2);
+        best3 = considered_pair(best3, word, sum2 + h - c);
+    }
+    let at = first_row * width + id.x;
+    disparity[at] = chosen(best0);
+    if first_row + 1u < height { disparity[at + width] = chosen(best1); }
+    if first_row + 2u < height { disparity[at + 2u * width] = chosen(best2); }
+    if first_row + 3u < height { disparity[at + 3u * width] = chosen(best3); }
+}
