@@ -9,7 +9,7 @@ struct SimCostParams {
 @group(0) @binding(0) var<uniform> cost_params: SimCostParams;
 @group(0) @binding(1) var<storage, read> left_signature: array<vec2<u32>>;
 @group(0) @binding(2) var<storage, read> right_signature: array<vec2<u32>>;
-@group(0) @binding(3) var<storage, read_write> volume: array<vec4<u32>>;    // [row][word of disparities][four columns]
+@group(0) @binding(3) var<storage, read_write> volume: array<vec4<u32>>;    // [row][eight columns][word of disparities][column]
 
 // Signatures of twelve columns. Fields by name, not an array: drivers keep them in registers.
 struct Columns {
@@ -91,10 +91,9 @@ fn cost(@builtin(global_invocation_id) id: vec3<u32>) {
     let right5 = shifted(right4, right_at(row, r - 5));
     let right6 = shifted(right5, right_at(row, r - 6));
     let right7 = shifted(right6, right_at(row, r - 7));
-    let stride = width / 4u;
-    let at = (id.y * cost_params.disparity_words + id.z * 4u) * stride + id.x * 2u;
+    let at = ((id.y * (width / 8u) + id.x) * cost_params.disparity_words + id.z * 4u) * 2u;
     store_sums(at, left, right0, right1);
-    store_sums(at + stride, left, right2, right3);
-    store_sums(at + 2u * stride, left, right4, right5);
-    store_sums(at + 3u * stride, left, right6, right7);
+    store_sums(at + 2u, left, right2, right3);
+    store_sums(at + 4u, left, right4, right5);
+    store_sums(at + 6u, left, right6, right7);
 }

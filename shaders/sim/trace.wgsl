@@ -33,7 +33,7 @@ fn reflected_light(surface: Surface, at: vec3<f32>, footprint_m: f32, shadows: b
     let normal = surface.normal;
     var light = scene.ambient * (0.85 + 0.15 * normal.z);
     let start = at + normal * 2.0e-3;
-    for (var i = 0u; i < scene.counts.w; i++) {
+    for (var i = 0u; i < scene.counts.x; i++) {
         var lamp = lamp_light(i, at, normal);
         let towards = scene.light_place[i].xyz - start;
         let reach = length(towards);

@@ -45,16 +45,20 @@ fn considered(best: Best, disparity: u32, cost: u32) -> Best {
     return b;
 }
 
-// Costs of two disparities at a row, each over five columns.
-fn costs_at(row: u32, word: u32, x: u32) -> u32 {
-    let width = winner_params.width;
-    let start = (row * winner_params.disparity_words + word) * width;
+// Where the costs of a word of disparities at a column lie in a row; eight columns lie together.
+fn place(word: u32, x: u32) -> u32 {
+    return ((x >> 3u) * winner_params.disparity_words + word) * 8u + (x & 7u);
+}
+
+// Costs of two disparities in the row that begins at `start`, each over five columns.
+fn costs_at(start: u32, word: u32, x: u32) -> u32 {
     if left {
-        return volume[start + x];
+        return volume[start + place(word, x)];
     }
+    let last = winner_params.width - 1u;
     let even = x + 2u * word;
-    let low = select(UNMATCHED, volume[start + min(even, width - 1u)], even < width);
-    let high = select(UNMATCHED, volume[start + min(even + 1u, width - 1u)], even + 1u < width);
+    let low = select(UNMATCHED, volume[start + place(word, min(even, last))], even <= last);
+    let high = select(UNMATCHED, volume[start + place(word, min(even + 1u, last))], even < last);
     return (low & 0xffffu) | (high & 0xffff0000u);
 }
 
@@ -92,17 +96,24 @@ fn winner(@builtin(global_invocation_id) id: vec3<u32>) {
     var best2 = none;
     var best3 = none;
     let last = height - 1u;
-    let above2 = max(first_row, 2u) - 2u;
-    let above1 = max(first_row, 1u) - 1u;
+    let row = width * winner_params.disparity_words;
+    let row_a = (max(first_row, 2u) - 2u) * row;
+    let row_b = (max(first_row, 1u) - 1u) * row;
+    let row_c = first_row * row;
+    let row_d = min(first_row + 1u, last) * row;
+    let row_e = min(first_row + 2u, last) * row;
+    let row_f = min(first_row + 3u, last) * row;
+    let row_g = min(first_row + 4u, last) * row;
+    let row_h = min(first_row + 5u, last) * row;
     for (var word = 0u; word < winner_params.disparity_words; word++) {
-        let a = costs_at(above2, word, id.x);
-        let b = costs_at(above1, word, id.x);
-        let c = costs_at(first_row, word, id.x);
-        let d = costs_at(min(first_row + 1u, last), word, id.x);
-        let e = costs_at(min(first_row + 2u, last), word, id.x);
-        let f = costs_at(min(first_row + 3u, last), word, id.x);
-        let g = costs_at(min(first_row + 4u, last), word, id.x);
-        let h = costs_at(min(first_row + 5u, last), word, id.x);
+        let a = costs_at(row_a, word, id.x);
+        let b = costs_at(row_b, word, id.x);
+        let c = costs_at(row_c, word, id.x);
+        let d = costs_at(row_d, word, id.x);
+        let e = costs_at(row_e, word, id.x);
+        let f = costs_at(row_f, word, id.x);
+        let g = costs_at(row_g, word, id.x);
+        let h = costs_at(row_h, word, id.x);
         let sum0 = a + b + c + d + e;
         let sum1 = sum0 + f - a;
         let sum2 = sum1 + g - b;

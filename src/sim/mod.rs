@@ -4,6 +4,7 @@
 //! glass, lamps and sunlight (spec 1 §8).
 
 mod check;
+mod cluster;
 mod footprint;
 pub mod frame;
 pub mod generate;

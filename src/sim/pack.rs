@@ -3,9 +3,10 @@
 use bytemuck::Zeroable;
 use glam::{DVec2, DVec3, UVec4, Vec4};
 
+use super::cluster::{Item, Table, bounds, clusters};
 use super::material::{Kind, Material};
-use super::scene::{Block, Scene};
-use super::walls::walls;
+use super::scene::{Pane, Scene};
+use super::walls::{Wall, walls};
 use crate::stage::single;
 
 /// Rectangles that fit.
@@ -19,15 +20,12 @@ pub(crate) const LIGHTS: usize = 16;
 /// Materials that fit.
 pub(crate) const MATERIALS: usize = 32;
 
-/// Boxes with two lengths below this cast no shadow.
-const SLENDER_M: f64 = 0.12;
-
 crate::params! {
     /// A scene in `shaders/lib/sim/scene.wgsl`, which explains the fields.
     pub struct SimScene {
-        /// Rectangles, boxes, cylinders, lights.
+        /// Lights, clusters.
         pub counts: UVec4,
-        /// Material of floor and ceiling, rectangles and boxes that cast shadows.
+        /// Material of floor and ceiling.
         pub room: UVec4,
         /// r, g, b, infrared.
         pub ambient: Vec4,
@@ -53,6 +51,12 @@ crate::params! {
         pub cylinder_span: [Vec4; 16],
         /// Its material.
         pub cylinder_material: [UVec4; 16],
+        /// Least corner of each cluster.
+        pub cluster_low: [Vec4; 48],
+        /// Its greatest corner.
+        pub cluster_high: [Vec4; 48],
+        /// Its rectangles, boxes and cylinders.
+        pub cluster_range: [UVec4; 48],
         /// Centre of each light and its area over pi.
         pub light_place: [Vec4; 16],
         /// Where it faces.
@@ -80,18 +84,27 @@ fn count(value: usize) -> u32 {
     u32::try_from(value).unwrap_or(u32::MAX)
 }
 
-/// An upright or level rectangle: centre, and half its width and height as vectors.
+/// An upright or level rectangle: centre, half its width and height as vectors, material.
 struct Quad {
     center: DVec3,
     u: DVec3,
     v: DVec3,
+    material: u32,
+    casts: bool,
 }
 
 impl Quad {
     /// Facing `yaw_rad`.
     fn upright(center_m: [f64; 3], width_m: f64, height_m: f64, yaw_rad: f64) -> Self {
         let along = DVec2::from_angle(yaw_rad).perp() * width_m / 2.0;
-        Self { center: DVec3::from_array(center_m), u: along.extend(0.0), v: DVec3::Z * height_m / 2.0 }
+        let (u, v) = (along.extend(0.0), DVec3::Z * height_m / 2.0);
+        Self { center: DVec3::from_array(center_m), u, v, material: 0, casts: false }
+    }
+
+    /// Facing down.
+    fn level(center_m: [f64; 3], [width_m, depth_m]: [f64; 2]) -> Self {
+        let (u, v) = (DVec3::Y * depth_m / 2.0, DVec3::X * width_m / 2.0);
+        Self { center: DVec3::from_array(center_m), u, v, material: 0, casts: false }
     }
 
     /// Its normal: `u` x `v`, which faces the yaw of [`Self::upright`].
@@ -110,10 +123,9 @@ impl SimScene {
             packed.put_material(slot, material);
         }
         packed.room = UVec4::new(slot(scene, &scene.floor), slot(scene, &scene.ceiling), 0, 0);
-        packed.put_walls(scene);
-        packed.put_solids(scene);
-        packed.put_panes(scene);
-        packed.put_lights(scene);
+        let mut quads = walls_and_panes(scene);
+        packed.put_lights(scene, &mut quads);
+        packed.put_clusters(scene, &quads);
         packed
     }
 
@@ -125,8 +137,34 @@ impl SimScene {
         self.optics[slot] = vec4(material.reflectance, material.roughness, material.transmission, kind);
     }
 
-    fn put_quad(&mut self, quad: &Quad, material: u32) {
-        let index = self.counts.x as usize;
+    /// Puts everything into the tables, cluster by cluster.
+    fn put_clusters(&mut self, scene: &Scene, quads: &[Quad]) {
+        let mut next = [0_usize; 3];
+        for mut cluster in clusters(items(scene, quads)) {
+            cluster.sort_by_key(|item| !item.casts);
+            let index = self.counts.y as usize;
+            let (low, high) = bounds(&cluster);
+            self.cluster_low[index] = vec4(low.x, low.y, low.z, 0.0);
+            self.cluster_high[index] = vec4(high.x, high.y, high.z, 0.0);
+            let first = next;
+            for item in &cluster {
+                let slot = &mut next[item.table as usize];
+                match item.table {
+                    Table::Quad => self.put_quad(*slot, &quads[item.index]),
+                    Table::Box => self.put_box(*slot, scene, item.index),
+                    Table::Cylinder => self.put_cylinder(*slot, scene, item.index),
+                }
+                *slot += 1;
+            }
+            let casting = cluster.iter().filter(|item| item.table == Table::Quad && item.casts).count();
+            let range = [0, 1, 2].map(|table| count(first[table] | (next[table] << 8)));
+            let shadows = count((first[0] + casting) << 16);
+            self.cluster_range[index] = UVec4::new(range[0] | shadows, range[1], range[2], 0);
+            self.counts.y += 1;
+        }
+    }
+
+    fn put_quad(&mut self, index: usize, quad: &Quad) {
         let normal = quad.normal();
         let axis = |half: DVec3| {
             let unit = half / half.length_squared();
@@ -135,73 +173,42 @@ impl SimScene {
         self.quad_plane[index] = vec4(normal.x, normal.y, normal.z, normal.dot(quad.center));
         self.quad_u[index] = axis(quad.u);
         self.quad_v[index] = axis(quad.v);
-        self.quad_material[index] = UVec4::new(material, 0, 0, 0);
-        self.counts.x += 1;
+        self.quad_material[index] = UVec4::new(quad.material, 0, 0, 0);
     }
 
-    /// Walls come first, for they may cast shadows; those of one room cannot, since no light is outside.
-    fn put_walls(&mut self, scene: &Scene) {
-        for wall in walls(scene) {
-            let [a, b] = wall.ends_m.map(DVec2::from_array);
-            let quad = Quad {
-                center: a.midpoint(b).extend(scene.ceiling_m / 2.0),
-                u: ((b - a) / 2.0).extend(0.0),
-                v: DVec3::Z * scene.ceiling_m / 2.0,
-            };
-            self.put_quad(&quad, slot(scene, &scene.rooms[wall.room].walls));
-        }
-        self.room.z = if scene.rooms.len() > 1 { self.counts.x } else { 0 };
+    fn put_box(&mut self, index: usize, scene: &Scene, number: usize) {
+        let block = &scene.boxes[number];
+        let [x, y, z] = block.center_m;
+        let half = DVec3::from_array(block.size_m) / 2.0;
+        let (sine, cosine) = block.yaw_rad.sin_cos();
+        self.box_center[index] = vec4(x, y, z, cosine);
+        self.box_half[index] = vec4(half.x, half.y, half.z, sine);
+        self.box_material[index] = UVec4::new(slot(scene, &block.material), 0, 0, 0);
     }
 
-    fn put_solids(&mut self, scene: &Scene) {
-        // Those that cast shadows come first.
-        let (casting, slender): (Vec<&Block>, _) = scene.boxes.iter().partition(|block| casts_shadow(block));
-        self.room.w = count(casting.len());
-        for (index, block) in casting.into_iter().chain(slender).enumerate() {
-            let [x, y, z] = block.center_m;
-            let half = DVec3::from_array(block.size_m) / 2.0;
-            let (sine, cosine) = block.yaw_rad.sin_cos();
-            self.box_center[index] = vec4(x, y, z, cosine);
-            self.box_half[index] = vec4(half.x, half.y, half.z, sine);
-            self.box_material[index] = UVec4::new(slot(scene, &block.material), 0, 0, 0);
-        }
-        for (index, cylinder) in scene.cylinders.iter().enumerate() {
-            let [x, y, z] = cylinder.base_m;
-            self.cylinder_axis[index] = vec4(x, y, cylinder.radius_m, 0.0);
-            self.cylinder_span[index] = vec4(z, z + cylinder.height_m, 0.0, 0.0);
-            self.cylinder_material[index] = UVec4::new(slot(scene, &cylinder.material), 0, 0, 0);
-        }
-        self.counts.y = count(scene.boxes.len());
-        self.counts.z = count(scene.cylinders.len());
+    fn put_cylinder(&mut self, index: usize, scene: &Scene, number: usize) {
+        let cylinder = &scene.cylinders[number];
+        let [x, y, z] = cylinder.base_m;
+        self.cylinder_axis[index] = vec4(x, y, cylinder.radius_m, 0.0);
+        self.cylinder_span[index] = vec4(z, z + cylinder.height_m, 0.0, 0.0);
+        self.cylinder_material[index] = UVec4::new(slot(scene, &cylinder.material), 0, 0, 0);
     }
 
-    fn put_panes(&mut self, scene: &Scene) {
-        for pane in &scene.panes {
-            let quad = Quad::upright(pane.center_m, pane.width_m, pane.height_m, pane.yaw_rad);
-            self.put_quad(&quad, slot(scene, &pane.material));
-        }
-    }
-
-    fn put_lights(&mut self, scene: &Scene) {
+    fn put_lights(&mut self, scene: &Scene, quads: &mut Vec<Quad>) {
         for lamp in &scene.lamps {
-            let [width_m, depth_m] = lamp.size_m;
-            let quad = Quad {
-                center: DVec3::from_array(lamp.center_m),
-                u: DVec3::Y * depth_m / 2.0,
-                v: DVec3::X * width_m / 2.0,
-            };
+            let quad = Quad::level(lamp.center_m, lamp.size_m);
             let radiance = light_of(lamp.color, lamp.infrared);
-            self.put_light(&quad, radiance, Kind::Lamp, scene.materials.len());
+            quads.push(self.put_light(quad, radiance, Kind::Lamp, scene.materials.len()));
         }
         for window in &scene.windows {
             let quad = Quad::upright(window.center_m, window.width_m, window.height_m, window.yaw_rad);
             let radiance = light_of(window.color, window.infrared);
-            self.put_light(&quad, radiance, Kind::Window, scene.materials.len());
+            quads.push(self.put_light(quad, radiance, Kind::Window, scene.materials.len()));
         }
     }
 
-    fn put_light(&mut self, quad: &Quad, radiance: Vec4, kind: Kind, materials: usize) {
-        let index = self.counts.w as usize;
+    fn put_light(&mut self, quad: Quad, radiance: Vec4, kind: Kind, materials: usize) -> Quad {
+        let index = self.counts.x as usize;
         let material = materials + index;
         let area_m2 = 4.0 * quad.u.length() * quad.v.length();
         let (at, normal) = (quad.center, quad.normal());
@@ -210,16 +217,50 @@ impl SimScene {
         self.light_radiance[index] = radiance;
         self.emission[material] = radiance;
         self.optics[material] = vec4(0.0, 0.0, 0.0, f64::from(kind.code()));
-        self.put_quad(quad, count(material));
-        self.counts.w += 1;
+        self.counts.x += 1;
+        Quad { material: count(material), ..quad }
     }
 }
 
-/// Legs and strips are too slender for a shadow worth a ray.
-fn casts_shadow(block: &Block) -> bool {
-    let mut lengths = block.size_m;
-    lengths.sort_by(f64::total_cmp);
-    lengths[1] >= SLENDER_M
+fn walls_and_panes(scene: &Scene) -> Vec<Quad> {
+    let wall = |wall: Wall| {
+        let [a, b] = wall.ends_m.map(DVec2::from_array);
+        let v = DVec3::Z * scene.ceiling_m / 2.0;
+        let (center, u) = (a.midpoint(b).extend(scene.ceiling_m / 2.0), ((b - a) / 2.0).extend(0.0));
+        Quad { center, u, v, material: slot(scene, &scene.rooms[wall.room].walls), casts: true }
+    };
+    let pane = |pane: &Pane| Quad {
+        material: slot(scene, &pane.material),
+        casts: scene.materials.get(&pane.material).is_some_and(|material| material.transmission == 0.0),
+        ..Quad::upright(pane.center_m, pane.width_m, pane.height_m, pane.yaw_rad)
+    };
+    walls(scene).into_iter().map(wall).chain(scene.panes.iter().map(pane)).collect()
+}
+
+/// Everything that rays may meet, by its bounds.
+fn items(scene: &Scene, quads: &[Quad]) -> Vec<Item> {
+    let item = |table, index, casts, center: DVec3, reach: DVec3| Item {
+        table,
+        index,
+        casts,
+        low: center - reach,
+        high: center + reach,
+    };
+    let quads = quads.iter().enumerate();
+    let quads = quads.map(|(i, q)| item(Table::Quad, i, q.casts, q.center, q.u.abs() + q.v.abs()));
+    let boxes = scene.boxes.iter().enumerate().map(|(i, block)| {
+        let half = DVec3::from_array(block.size_m) / 2.0;
+        let (sine, cosine) = block.yaw_rad.sin_cos();
+        let (s, c) = (sine.abs(), cosine.abs());
+        let reach = DVec3::new(c * half.x + s * half.y, s * half.x + c * half.y, half.z);
+        item(Table::Box, i, true, DVec3::from_array(block.center_m), reach)
+    });
+    let cylinders = scene.cylinders.iter().enumerate().map(|(i, cylinder)| {
+        let reach = DVec3::new(cylinder.radius_m, cylinder.radius_m, cylinder.height_m / 2.0);
+        let center = DVec3::from_array(cylinder.base_m) + DVec3::Z * reach.z;
+        item(Table::Cylinder, i, true, center, reach)
+    });
+    quads.chain(boxes).chain(cylinders).collect()
 }
 
 fn light_of([r, g, b]: [f64; 3], infrared: f64) -> Vec4 {

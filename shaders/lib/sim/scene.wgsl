@@ -6,8 +6,8 @@ const LIGHTS = 16u;
 const MATERIALS = 32u;
 
 struct SimScene {
-    counts: vec4<u32>,          // rectangles, boxes, cylinders, lights
-    room: vec4<u32>,            // material of floor and ceiling, rectangles and boxes that cast shadows
+    counts: vec4<u32>,          // lights, clusters, unused
+    room: vec4<u32>,            // material of floor and ceiling, unused
     ambient: vec4<f32>,         // r, g, b, infrared
     size: vec4<f32>,            // ceiling height in metres; unused
     quad_plane: array<vec4<f32>, 64>,       // unit normal, its distance from the origin
@@ -20,6 +20,10 @@ struct SimScene {
     cylinder_axis: array<vec4<f32>, 16>,    // x, y, radius, unused
     cylinder_span: array<vec4<f32>, 16>,    // bottom, top, unused
     cylinder_material: array<vec4<u32>, 16>,
+    cluster_low: array<vec4<f32>, 48>,      // least corner of a group of solids that lie together
+    cluster_high: array<vec4<f32>, 48>,     // its greatest corner
+    // First in bits 0 to 7, end in 8 to 15: rectangles (16 to 23: end of those that cast shadows), boxes, cylinders.
+    cluster_range: array<vec4<u32>, 48>,
     light_place: array<vec4<f32>, 16>,      // centre, area / pi
     light_normal: array<vec4<f32>, 16>,     // unit normal, unused
     light_radiance: array<vec4<f32>, 16>,   // r, g, b, infrared
@@ -108,35 +112,62 @@ fn nearest_hit(origin: vec3<f32>, direction: vec3<f32>) -> Hit {
     if vertical > NEAREST {
         hit = Hit(vertical, select(FLOOR_HIT, CEILING_HIT, direction.z > 0.0));
     }
-    for (var i = 0u; i < scene.counts.x; i++) {
-        let t = quad_distance(i, origin, direction);
-        hit.id = select(hit.id, QUAD_HIT | i, t < hit.t);
-        hit.t = min(hit.t, t);
-    }
-    for (var i = 0u; i < scene.counts.y; i++) {
-        let t = box_distance(i, origin, direction);
-        hit.id = select(hit.id, BOX_HIT | i, t < hit.t);
-        hit.t = min(hit.t, t);
-    }
-    for (var i = 0u; i < scene.counts.z; i++) {
-        let t = cylinder_distance(i, origin, direction);
-        hit.id = select(hit.id, CYLINDER_HIT | i, t < hit.t);
-        hit.t = min(hit.t, t);
+    for (var c = 0u; c < scene.counts.y; c++) {
+        let range = scene.cluster_range[c];
+        let meets = meets_cluster(c, origin, direction, hit.t);
+        // Loops without a round for rays that pass by; a group of rays that all do goes on at once.
+        let quads = select(0u, (range.x >> 8u) & 255u, meets);
+        for (var i = range.x & 255u; i < quads; i++) {
+            let t = quad_distance(i, origin, direction);
+            hit.id = select(hit.id, QUAD_HIT | i, t < hit.t);
+            hit.t = min(hit.t, t);
+        }
+        let boxes = select(0u, range.y >> 8u, meets);
+        for (var i = range.y & 255u; i < boxes; i++) {
+            let t = box_distance(i, origin, direction);
+            hit.id = select(hit.id, BOX_HIT | i, t < hit.t);
+            hit.t = min(hit.t, t);
+        }
+        let cylinders = select(0u, range.z >> 8u, meets);
+        for (var i = range.z & 255u; i < cylinders; i++) {
+            let t = cylinder_distance(i, origin, direction);
+            hit.id = select(hit.id, CYLINDER_HIT | i, t < hit.t);
+            hit.t = min(hit.t, t);
+        }
     }
     return hit;
 }
 
-// Whether something stands within `reach` along a ray that casts shadows.
+// Whether a ray comes through a group's bounds before `reach`.
+fn meets_cluster(c: u32, origin: vec3<f32>, direction: vec3<f32>, reach: f32) -> bool {
+    let inverse = 1.0 / vec3(away_from_zero(direction.x), away_from_zero(direction.y), away_from_zero(direction.z));
+    let a = (scene.cluster_low[c].xyz - origin) * inverse;
+    let b = (scene.cluster_high[c].xyz - origin) * inverse;
+    let first = min(a, b);
+    let last = max(a, b);
+    let near = max(first.x, max(first.y, first.z));
+    let far = min(last.x, min(last.y, last.z));
+    return near <= far && far > 0.0 && near < reach;
+}
+
+// Whether something stands within `reach` along a ray that casts shadows: anything but glass and lights.
 fn is_shadowed(origin: vec3<f32>, direction: vec3<f32>, reach: f32) -> bool {
     var nearest = FAR;
-    for (var i = 0u; i < scene.room.z; i++) {
-        nearest = min(nearest, quad_distance(i, origin, direction));
-    }
-    for (var i = 0u; i < scene.room.w; i++) {
-        nearest = min(nearest, box_distance(i, origin, direction));
-    }
-    for (var i = 0u; i < scene.counts.z; i++) {
-        nearest = min(nearest, cylinder_distance(i, origin, direction));
+    for (var c = 0u; c < scene.counts.y; c++) {
+        let range = scene.cluster_range[c];
+        let meets = meets_cluster(c, origin, direction, min(nearest, reach));
+        let quads = select(0u, range.x >> 16u, meets);
+        for (var i = range.x & 255u; i < quads; i++) {
+            nearest = min(nearest, quad_distance(i, origin, direction));
+        }
+        let boxes = select(0u, range.y >> 8u, meets);
+        for (var i = range.y & 255u; i < boxes; i++) {
+            nearest = min(nearest, box_distance(i, origin, direction));
+        }
+        let cylinders = select(0u, range.z >> 8u, meets);
+        for (var i = range.z & 255u; i < cylinders; i++) {
+            nearest = min(nearest, cylinder_distance(i, origin, direction));
+        }
     }
     return nearest < reach;
 }
