@@ -24,24 +24,30 @@ struct SimTraceParams {
 // Whether this is the left camera, which colour and truth belong to.
 override left: bool = true;
 
-const SEGMENTS = 14u;           // rays a pixel may spend
-const LOBE_SAMPLES = 4u;        // of them for the blur of a rough reflection
+const SEGMENTS = 10u;           // rays a pixel may spend
+const LOBE_SAMPLES = 2u;        // of them for the blur of a rough reflection
 const SMALLEST = 0.004;         // shares of light below this are not followed
 
-// Light that meets a surface directly, and what the surface sends towards the camera.
+// What a surface sends towards the camera of the light that meets it. Of the lamps the strongest at the point casts
+// shadows.
 fn reflected_light(surface: Surface, at: vec3<f32>, footprint_m: f32, shadows: bool) -> vec4<f32> {
     let normal = surface.normal;
     var light = scene.ambient * (0.85 + 0.15 * normal.z);
-    let start = at + normal * 2.0e-3;
+    var strongest = vec4(0.0);
+    var strongest_at = at + normal;
     for (var i = 0u; i < scene.counts.x; i++) {
-        var lamp = lamp_light(i, at, normal);
-        let towards = scene.light_place[i].xyz - start;
-        let reach = length(towards);
-        // A loop of one round or none: lanes without a shadow ray wait for nobody.
-        for (var k = u32(shadows && lamp.w > 0.0); k > 0u; k--) {
-            lamp = select(lamp, vec4(0.0), is_shadowed(start, towards / reach, reach - 0.05));
-        }
+        let lamp = lamp_light(i, at, normal);
+        let stronger = lamp.w + lamp.y > strongest.w + strongest.y;
+        strongest = select(strongest, lamp, stronger);
+        strongest_at = select(strongest_at, scene.light_place[i].xyz, stronger);
         light += lamp;
+    }
+    // A loop of one round or none: a group of pixels without a shadow ray waits for nobody.
+    let start = at + normal * 2.0e-3;
+    let reach = length(strongest_at - start);
+    for (var k = u32(shadows && strongest.w + strongest.y > 0.0); k > 0u; k--) {
+        let shadowed = is_shadowed(start, (strongest_at - start) / reach, reach - 0.05);
+        light -= select(vec4(0.0), strongest, shadowed);
     }
     light.w += projected_light(at, normal);
     return albedo_at(surface.material, at, normal, footprint_m) * light + scene.emission[surface.material];
@@ -136,7 +142,7 @@ fn trace(@builtin(global_invocation_id) id: vec3<u32>) {
         let sample = share == 0.0 && lobe_left > 0u;
         let turn = f32(lobe_left) + unit(hash3(i32(pixel), i32(trace_params.frame_seed), 29u));
         let swing = 6.2831853 * turn / f32(LOBE_SAMPLES);
-        let radius = lobe_roughness * sqrt(0.25 + 0.5 * f32(lobe_left & 1u) + 0.25 * fract(turn * 7.0));
+        let radius = lobe_roughness * sqrt(0.5 * f32(lobe_left & 1u) + 0.5 * fract(turn * 7.0)) * 1.4142136;
         let helper = select(vec3(1.0, 0.0, 0.0), vec3(0.0, 0.0, 1.0), abs(lobe_normal.x) > 0.7);
         let side = normalize(cross(lobe_normal + vec3(0.0, 0.0, 1.0e-9), helper));
         let tilt = radius * (cos(swing) * side + sin(swing) * cross(lobe_normal, side));

@@ -113,26 +113,24 @@ fn nearest_hit(origin: vec3<f32>, direction: vec3<f32>) -> Hit {
         hit = Hit(vertical, select(FLOOR_HIT, CEILING_HIT, direction.z > 0.0));
     }
     for (var c = 0u; c < scene.counts.y; c++) {
-        let range = scene.cluster_range[c];
-        let meets = meets_cluster(c, origin, direction, hit.t);
-        // Loops without a round for rays that pass by; a group of rays that all do goes on at once.
-        let quads = select(0u, (range.x >> 8u) & 255u, meets);
-        for (var i = range.x & 255u; i < quads; i++) {
-            let t = quad_distance(i, origin, direction);
-            hit.id = select(hit.id, QUAD_HIT | i, t < hit.t);
-            hit.t = min(hit.t, t);
-        }
-        let boxes = select(0u, range.y >> 8u, meets);
-        for (var i = range.y & 255u; i < boxes; i++) {
-            let t = box_distance(i, origin, direction);
-            hit.id = select(hit.id, BOX_HIT | i, t < hit.t);
-            hit.t = min(hit.t, t);
-        }
-        let cylinders = select(0u, range.z >> 8u, meets);
-        for (var i = range.z & 255u; i < cylinders; i++) {
-            let t = cylinder_distance(i, origin, direction);
-            hit.id = select(hit.id, CYLINDER_HIT | i, t < hit.t);
-            hit.t = min(hit.t, t);
+        // A loop of one round or none: a group of rays that all pass by goes on at once.
+        for (var k = u32(meets_cluster(c, origin, direction, hit.t)); k > 0u; k--) {
+            let range = scene.cluster_range[c];
+            for (var i = range.x & 255u; i < ((range.x >> 8u) & 255u); i++) {
+                let t = quad_distance(i, origin, direction);
+                hit.id = select(hit.id, QUAD_HIT | i, t < hit.t);
+                hit.t = min(hit.t, t);
+            }
+            for (var i = range.y & 255u; i < (range.y >> 8u); i++) {
+                let t = box_distance(i, origin, direction);
+                hit.id = select(hit.id, BOX_HIT | i, t < hit.t);
+                hit.t = min(hit.t, t);
+            }
+            for (var i = range.z & 255u; i < (range.z >> 8u); i++) {
+                let t = cylinder_distance(i, origin, direction);
+                hit.id = select(hit.id, CYLINDER_HIT | i, t < hit.t);
+                hit.t = min(hit.t, t);
+            }
         }
     }
     return hit;
@@ -154,19 +152,17 @@ fn meets_cluster(c: u32, origin: vec3<f32>, direction: vec3<f32>, reach: f32) ->
 fn is_shadowed(origin: vec3<f32>, direction: vec3<f32>, reach: f32) -> bool {
     var nearest = FAR;
     for (var c = 0u; c < scene.counts.y; c++) {
-        let range = scene.cluster_range[c];
-        let meets = meets_cluster(c, origin, direction, min(nearest, reach));
-        let quads = select(0u, range.x >> 16u, meets);
-        for (var i = range.x & 255u; i < quads; i++) {
-            nearest = min(nearest, quad_distance(i, origin, direction));
-        }
-        let boxes = select(0u, range.y >> 8u, meets);
-        for (var i = range.y & 255u; i < boxes; i++) {
-            nearest = min(nearest, box_distance(i, origin, direction));
-        }
-        let cylinders = select(0u, range.z >> 8u, meets);
-        for (var i = range.z & 255u; i < cylinders; i++) {
-            nearest = min(nearest, cylinder_distance(i, origin, direction));
+        for (var k = u32(meets_cluster(c, origin, direction, min(nearest, reach))); k > 0u; k--) {
+            let range = scene.cluster_range[c];
+            for (var i = range.x & 255u; i < (range.x >> 16u); i++) {
+                nearest = min(nearest, quad_distance(i, origin, direction));
+            }
+            for (var i = range.y & 255u; i < (range.y >> 8u); i++) {
+                nearest = min(nearest, box_distance(i, origin, direction));
+            }
+            for (var i = range.z & 255u; i < (range.z >> 8u); i++) {
+                nearest = min(nearest, cylinder_distance(i, origin, direction));
+            }
         }
     }
     return nearest < reach;
