@@ -55,6 +55,9 @@ pub const CLAIM: ShaderSource =
 pub const DEPTH: ShaderSource =
     ShaderSource { name: "sim/depth", parts: &[include_str!("../../shaders/sim/depth.wgsl")] };
 
+/// All of them.
+pub const ALL: [ShaderSource; 10] = [TRACE, METER, EXPOSE, TONE, CENSUS, COST, WINNER, RELEASE, CLAIM, DEPTH];
+
 crate::params! {
     /// Parameters of `sim/trace`.
     pub struct SimTraceParams {

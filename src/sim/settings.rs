@@ -54,7 +54,7 @@ impl Camera {
 pub struct Imager {
     /// Irradiance of the projector at 1 m, in the unit of the scene's lights.
     pub projector: f64,
-    /// Size of the projector's dots, pixels at a width of 848.
+    /// Size of the projector's dots, pixels.
     pub speckle_px: f64,
     /// How much the dots stand out, 0 to 1.
     pub speckle_contrast: f64,
@@ -82,8 +82,8 @@ impl Default for Imager {
             largest_gain: 60.0,
             full_gain: 6.0,
             exposure_bias: 1.0,
-            electrons: 6000.0,
-            read_noise: 0.6,
+            electrons: 3000.0,
+            read_noise: 1.0,
         }
     }
 }

@@ -254,7 +254,7 @@ fn trace_params(scene: &Scene, eye: Eye, index: u64, map_from_camera: Rigid) -> 
         Eye::Right => (beside(1.0), 2),
     };
     let row = |v: DVec3, w: f64| v.extend(w).as_vec4();
-    let dot = imager.speckle_px / 425.0;
+    let dot = imager.speckle_px / model.fx;
     SimTraceParams {
         origin: row(origin, PROJECTOR_FIELD),
         right: row(axes.x_axis, model.fx),

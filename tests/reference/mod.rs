@@ -6,6 +6,7 @@ pub(crate) mod ingest;
 pub(crate) mod move_window;
 pub(crate) mod register_color;
 pub(crate) mod see_through;
+pub(crate) mod sim;
 pub(crate) mod spatial_median;
 pub(crate) mod tally;
 pub(crate) mod update;

@@ -76,7 +76,7 @@ impl<'a> Layout<'a> {
             albedo_ir,
             pattern,
             pattern_albedo,
-            pattern_albedo_ir: albedo_ir + 0.6 * (pattern_ir - albedo_ir),
+            pattern_albedo_ir: albedo_ir + 0.18 * (pattern_ir - albedo_ir),
             pattern_scale_m: scale_m,
             ..Material::default()
         };
@@ -94,7 +94,7 @@ impl<'a> Layout<'a> {
             albedo_ir: tone,
             pattern,
             pattern_albedo: [0.6 * tone * warm, 0.6 * tone, 0.6 * tone / warm],
-            pattern_albedo_ir: 0.75 * tone,
+            pattern_albedo_ir: 0.92 * tone,
             pattern_scale_m: scale_m,
             reflectance: physics.floor_reflectance,
             roughness: physics.floor_roughness,

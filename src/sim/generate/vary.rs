@@ -12,8 +12,8 @@ pub fn vary_sensor(scene: &mut Scene) {
     imager.speckle_contrast = random.within(0.7, 1.0);
     imager.exposure_mean = random.within(0.22, 0.38);
     imager.exposure_bias = random.within(0.8, 1.25);
-    imager.electrons = random.within(3000.0, 9000.0);
-    imager.read_noise = random.within(0.4, 1.2);
+    imager.electrons = random.within(1800.0, 5000.0);
+    imager.read_noise = random.within(0.6, 1.5);
     let matcher = &mut scene.matcher;
     matcher.uniqueness = random.within(0.01, 0.07);
     matcher.left_right_px = random.within(0.6, 2.0);

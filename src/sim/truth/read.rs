@@ -37,7 +37,7 @@ pub struct TruthReader {
 }
 
 enum Source {
-    Mcap(McapTruth),
+    Mcap(Box<McapTruth>),
     Folder(std::vec::IntoIter<Entry>, Grid),
 }
 
@@ -52,7 +52,7 @@ impl TruthReader {
             Source::Folder(entries.into_iter(), grid_file(&path.join("truth/map.yaml"))?)
         } else {
             let records = McapRecords::open(path)?;
-            Source::Mcap(McapTruth { records, topics: HashMap::new(), images: [None, None] })
+            Source::Mcap(Box::new(McapTruth { records, topics: HashMap::new(), images: [None, None] }))
         };
         Ok(Self { path: path.into(), source })
     }
