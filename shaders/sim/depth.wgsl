@@ -12,8 +12,8 @@ struct SimDepthParams {
 }
 
 @group(0) @binding(0) var<uniform> depth_params: SimDepthParams;
-@group(0) @binding(1) var<storage, read> disparity: array<f32>;     // negative: ambiguous
-@group(0) @binding(2) var<storage, read> claims: array<u32>;       // by right pixels, see claim.wgsl
+@group(0) @binding(1) var<storage, read> left_disparity: array<f32>;    // -1: none
+@group(0) @binding(2) var<storage, read> right_disparity: array<f32>;
 @group(0) @binding(3) var<storage, read> texture: array<f32>;
 @group(0) @binding(4) var<storage, read_write> depth_mm: array<u32>;
 
@@ -26,11 +26,10 @@ fn depth(@builtin(global_invocation_id) id: vec3<u32>) {
     if pixel >= width * depth_params.height {
         return;
     }
-    let found = disparity[pixel];
+    let found = left_disparity[pixel];
     let x = i32(pixel % width) - i32(round(max(found, 0.0)));
-    let claim = claims[pixel - pixel % width + u32(clamp(x, 0, i32(width) - 1))];
-    let back = f32(claim & 4095u) * 0.125;
-    let agreed = found > 0.0 && x >= 0 && abs(back - found) <= depth_params.left_right_px;
+    let back = right_disparity[pixel - pixel % width + u32(clamp(x, 0, i32(width) - 1))];
+    let agreed = found >= 0.0 && x >= 0 && abs(back - found) <= depth_params.left_right_px;
     let inside = found < depth_params.largest_px && texture[pixel] >= depth_params.texture;
     let stepped = round(found / depth_params.step_px) * depth_params.step_px;
     let millimetres = round(depth_params.focal_baseline_mm / max(stepped, 1.0e-3));

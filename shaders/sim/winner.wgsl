@@ -11,10 +11,13 @@ struct SimWinnerParams {
 @group(0) @binding(0) var<uniform> winner_params: SimWinnerParams;
 @group(0) @binding(1) var<storage, read> volume: array<u32>;
 @group(0) @binding(2) var<storage, read_write> disparity: array<f32>;
-@group(0) @binding(3) var<storage, read_write> matched: array<u32>;     // costs of the matches
+
+// Whether the left image's pixels are matched; else the right's, by the same costs and without the cuts.
+override left: bool = true;
 
 const ROWS = 4u;
 const NONE = 65535u;
+const UNMATCHED = 0x01360136u;      // five columns of 62 differing bits, twice
 
 // The best disparity so far and what its fit and its uniqueness need.
 struct Best {
@@ -47,9 +50,17 @@ fn place(word: u32, x: u32) -> u32 {
     return ((x >> 3u) * winner_params.disparity_words + word) * 8u + (x & 7u);
 }
 
-// Costs of two disparities in the row that begins at `start`, each over five columns.
+// Costs of two disparities in the row that begins at `start`, each over five columns. A right pixel's are those of the
+// left pixels that lie a disparity further to the right.
 fn costs_at(start: u32, word: u32, x: u32) -> u32 {
-    return volume[start + place(word, x)];
+    if left {
+        return volume[start + place(word, x)];
+    }
+    let last = winner_params.width - 1u;
+    let even = x + 2u * word;
+    let low = select(UNMATCHED, volume[start + place(word, min(even, last))], even <= last);
+    let high = select(UNMATCHED, volume[start + place(word, min(even + 1u, last))], even < last);
+    return (low & 0xffffu) | (high & 0xffff0000u);
 }
 
 // Where the two straight lines through the neighbours' costs meet: costs of this kind grow by the distance.
@@ -65,13 +76,11 @@ fn considered_pair(best: Best, word: u32, costs: u32) -> Best {
     return considered(considered(best, 2u * word, costs & 0xffffu), 2u * word + 1u, costs >> 16u);
 }
 
-// Writes a pixel's disparity, negative (and not 0) where the match is ambiguous or poor.
-fn choose(at: u32, best: Best) {
+// A pixel's disparity, -1 where the match is ambiguous or poor.
+fn chosen(best: Best) -> f32 {
     let unique = f32(best.cost) < (1.0 - winner_params.uniqueness) * f32(best.second);
-    let sure = unique && f32(best.cost) <= winner_params.largest_cost;
-    let found = max(fitted(best), 1.0e-3);
-    disparity[at] = select(-found, found, sure);
-    matched[at] = best.cost;
+    let sure = !left || (unique && f32(best.cost) <= winner_params.largest_cost);
+    return select(-1.0, fitted(best), sure);
 }
 
 @compute @workgroup_size(64)
@@ -116,8 +125,8 @@ fn winner(@builtin(global_invocation_id) id: vec3<u32>) {
         best3 = considered_pair(best3, word, sum2 + h - c);
     }
     let at = first_row * width + id.x;
-    choose(at, best0);
-    if first_row + 1u < height { choose(at + width, best1); }
-    if first_row + 2u < height { choose(at + 2u * width, best2); }
-    if first_row + 3u < height { choose(at + 3u * width, best3); }
+    disparity[at] = chosen(best0);
+    if first_row + 1u < height { disparity[at + width] = chosen(best1); }
+    if first_row + 2u < height { disparity[at + 2u * width] = chosen(best2); }
+    if first_row + 3u < height { disparity[at + 3u * width] = chosen(best3); }
 }

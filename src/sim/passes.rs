@@ -43,20 +43,12 @@ pub const COST: ShaderSource =
 pub const WINNER: ShaderSource =
     ShaderSource { name: "sim/winner", parts: &[include_str!("../../shaders/sim/winner.wgsl")] };
 
-/// Frees the right image's pixels.
-pub const RELEASE: ShaderSource =
-    ShaderSource { name: "sim/release", parts: &[include_str!("../../shaders/sim/release.wgsl")] };
-
-/// Right pixels to their best left ones.
-pub const CLAIM: ShaderSource =
-    ShaderSource { name: "sim/claim", parts: &[include_str!("../../shaders/sim/claim.wgsl")] };
-
 /// Depth with its checks.
 pub const DEPTH: ShaderSource =
     ShaderSource { name: "sim/depth", parts: &[include_str!("../../shaders/sim/depth.wgsl")] };
 
 /// All of them.
-pub const ALL: [ShaderSource; 10] = [TRACE, METER, EXPOSE, TONE, CENSUS, COST, WINNER, RELEASE, CLAIM, DEPTH];
+pub const ALL: [ShaderSource; 8] = [TRACE, METER, EXPOSE, TONE, CENSUS, COST, WINNER, DEPTH];
 
 crate::params! {
     /// Parameters of `sim/trace`.
@@ -177,26 +169,6 @@ crate::params! {
         pub uniqueness: f32,
         /// Differing bits in 5x5.
         pub largest_cost: f32,
-    }
-}
-
-crate::params! {
-    /// Parameters of `sim/release`.
-    pub struct SimReleaseParams {
-        /// Pixels of the image.
-        pub pixels: u32,
-        /// Unused.
-        pub pad0: u32,
-    }
-}
-
-crate::params! {
-    /// Parameters of `sim/claim`.
-    pub struct SimClaimParams {
-        /// Pixels.
-        pub width: u32,
-        /// Pixels.
-        pub height: u32,
     }
 }
 

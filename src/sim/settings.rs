@@ -82,8 +82,8 @@ impl Default for Imager {
             largest_gain: 60.0,
             full_gain: 6.0,
             exposure_bias: 1.0,
-            electrons: 3000.0,
-            read_noise: 1.0,
+            electrons: 6000.0,
+            read_noise: 0.6,
         }
     }
 }
@@ -109,11 +109,11 @@ pub struct Matcher {
 impl Default for Matcher {
     fn default() -> Self {
         Self {
-            disparities: 80,
+            disparities: 64,
             uniqueness: 0.03,
             left_right_px: 1.0,
             texture: 0.8,
-            largest_cost: 0.5,
+            largest_cost: 0.36,
             step_px: 1.0 / 32.0,
         }
     }

@@ -5,9 +5,8 @@ use glam::DVec3;
 use super::frame::SimFrame;
 use super::pack::SimScene;
 use super::passes::{
-    CENSUS, CLAIM, COST, DEPTH, EXPOSE, METER, RELEASE, SimCensusParams, SimClaimParams, SimCostParams,
-    SimDepthParams, SimExposeParams, SimMeterParams, SimReleaseParams, SimToneParams, SimTraceParams,
-    SimWinnerParams, TONE, TRACE, WINNER,
+    CENSUS, COST, DEPTH, EXPOSE, METER, SimCensusParams, SimCostParams, SimDepthParams, SimExposeParams,
+    SimMeterParams, SimToneParams, SimTraceParams, SimWinnerParams, TONE, TRACE, WINNER,
 };
 use super::scene::Scene;
 use super::trajectory::poses;
@@ -88,9 +87,11 @@ pub fn plan(scene: &Scene) -> Result<Plan> {
     plan.step(METER, Invocations::line(1), &color)?;
     plan.step(TONE, Invocations::line(count), &[("gain", "color_gain")])?;
     plan.step(COST, Invocations([width / 8, height, disparity_words / 4]), &[])?;
-    plan.step(WINNER, Invocations::area(width, height.div_ceil(4)), &[])?;
-    plan.step(RELEASE, Invocations::line(count), &[])?;
-    plan.step(CLAIM, Invocations::line(count), &[])?;
+    for left in [true, false] {
+        let disparity = if left { "left_disparity" } else { "right_disparity" };
+        plan.step(WINNER, Invocations::area(width, height.div_ceil(4)), &[("disparity", disparity)])?;
+        plan.with(&[("left", left)])?;
+    }
     plan.step(DEPTH, Invocations::line(count), &[])?;
     for name in ["depth_mm", "color", "grey_left", "grey_right", "true_depth_m", "true_material"] {
         plan.read_back(name)?;
@@ -114,13 +115,11 @@ fn declare(plan: &mut Plan, pixels: u64, disparity_words: u64) -> Result<()> {
     plan.uniform::<SimCensusParams>("census_params")?;
     plan.uniform::<SimCostParams>("cost_params")?;
     plan.uniform::<SimWinnerParams>("winner_params")?;
-    plan.uniform::<SimReleaseParams>("release_params")?;
-    plan.uniform::<SimClaimParams>("claim_params")?;
     plan.uniform::<SimDepthParams>("depth_params")?;
     for name in ["infrared_left", "infrared_right", "color_luminance", "true_depth_m", "true_material"] {
         plan.scratch(name, pixels * 4)?;
     }
-    for name in ["color", "texture", "disparity", "matched", "claims", "depth_mm"] {
+    for name in ["color", "texture", "left_disparity", "right_disparity", "depth_mm"] {
         plan.scratch(name, pixels * 4)?;
     }
     for name in ["color_light", "left_signature", "right_signature"] {
@@ -318,8 +317,6 @@ fn write_matching(input: &mut FrameInput<'_>, scene: &Scene) -> Result<()> {
         largest_cost: single(matcher.largest_cost * WINDOW_BITS),
     };
     input.set("winner_params", &winner)?;
-    input.set("release_params", &SimReleaseParams { pixels: width * height, pad0: 0 })?;
-    input.set("claim_params", &SimClaimParams { width, height })?;
     let depth = SimDepthParams {
         width,
         height,

@@ -2,8 +2,7 @@
 
 use limpid::gpu::Invocations;
 use limpid::sim::passes::{
-    CENSUS, CLAIM, COST, DEPTH, SimCensusParams, SimClaimParams, SimCostParams, SimDepthParams,
-    SimWinnerParams, WINNER,
+    CENSUS, COST, DEPTH, SimCensusParams, SimCostParams, SimDepthParams, SimWinnerParams, WINNER,
 };
 
 use crate::support::compare::{EXACT, Tolerance, assert_close};
@@ -145,30 +144,31 @@ fn twin_of_costs_at_edge_sizes() {
     }
 }
 
-/// Disparity (negative: ambiguous) and cost of each pixel, over five rows.
-fn winners_twin(costs: &[u32], width: usize, height: usize, disparities: usize) -> (Vec<f64>, Vec<u32>) {
-    let (mut found, mut matched) = (Vec::new(), Vec::new());
+/// Disparity of each pixel of the left image or the right one, over five rows; -1: none.
+fn winners_twin(costs: &[u32], width: usize, height: usize, disparities: usize, left: bool) -> Vec<f64> {
+    let mut found = Vec::new();
     for y in 0..height as i64 {
         for x in 0..width {
             let row = |r: i64| r.clamp(0, height as i64 - 1) as usize;
             let cost = |d: usize| -> u32 {
-                (y - 2..=y + 2).map(|r| costs[(row(r) * disparities + d) * width + x]).sum()
+                let from = if left { x } else { x + d };
+                let at = |r: i64| costs[(row(r) * disparities + d) * width + from];
+                (y - 2..=y + 2).map(|r| if from < width { at(r) } else { 310 }).sum()
             };
             let sums: Vec<u32> = (0..disparities).map(cost).collect();
             let best = (0..disparities).min_by_key(|&d| (sums[d], d)).unwrap();
             let others = (0..disparities).filter(|d| d.abs_diff(best) > 1).map(|d| sums[d]);
             let second = others.min().unwrap_or(65535);
-            let sure = f64::from(sums[best]) < 0.9 * f64::from(second) && sums[best] <= 700;
+            let sure = !left || f64::from(sums[best]) < 0.9 * f64::from(second) && sums[best] <= 700;
             let mut fit = best as f64;
             if best > 0 && best + 1 < disparities {
                 let [a, c, b] = [best - 1, best, best + 1].map(|d| f64::from(sums[d]));
                 fit += 0.5 * (a - b) / (a.max(b) - c).max(1.0);
             }
-            found.push(if sure { fit.max(1e-3) } else { -fit.max(1e-3) });
-            matched.push(sums[best]);
+            found.push(if sure { fit } else { -1.0 });
         }
     }
-    (found, matched)
+    found
 }
 
 #[test]
@@ -186,42 +186,31 @@ fn twin_of_winners_at_edge_sizes() {
             uniqueness: 0.1,
             largest_cost: 700.0,
         };
-        let out = Fragment::new()
-            .params("winner_params", &params)
-            .input("volume", &volume_of(&costs, width, height, disparities))
-            .output("disparity", width * height)
-            .output("matched", width * height)
-            .run(WINNER, Invocations::area(width as u32, height.div_ceil(4) as u32));
-        let (found, matched) = winners_twin(&costs, width, height, disparities);
-        assert_close("disparities", &out.floats("disparity"), &found, FIT);
-        assert_close("costs", out.words("matched"), &matched, EXACT);
-        if seed == 4 {
-            assert!(
-                found.iter().any(|&d| d < 0.0) && found.iter().any(|&d| d > 0.0),
-                "both kinds are tested"
-            );
+        let volume = volume_of(&costs, width, height, disparities);
+        for left in [true, false] {
+            let out = Fragment::new()
+                .params("winner_params", &params)
+                .constants(&[("left", left)])
+                .input("volume", &volume)
+                .output("disparity", width * height)
+                .run(WINNER, Invocations::area(width as u32, height.div_ceil(4) as u32));
+            let want = winners_twin(&costs, width, height, disparities, left);
+            assert_close("disparities", &out.floats("disparity"), &want, FIT);
+            let (some, none) = (want.iter().any(|&d| d > 0.0), want.contains(&-1.0));
+            assert!(seed != 4 || (some && none == left), "both kinds are tested");
         }
     }
 }
 
 #[test]
-fn truth_of_claims_and_of_the_checks_on_depth() {
+fn truth_of_the_checks_on_depth() {
     if skipped() {
         return;
     }
-    // Eight pixels: 5 and 7 match right pixel 4, 7 at less cost; 3 is ambiguous; 6 lacks texture; 0 has no match.
-    let disparity = [2.0_f32, 0.5, 1.0, -1.0, 2.0, 1.0, 1.0, 3.0];
-    let matched = [9_u32, 9, 9, 9, 9, 50, 9, 20];
+    // Pixel 5 meets 4, which matches elsewhere; 3 is ambiguous; 6 lacks texture; 0 is matched outside the image.
+    let left = [2.0_f32, 0.5, 1.0, -1.0, 2.0, 1.0, 1.0, 3.0];
+    let right = [0.4_f32, 1.5, 2.9, 0.0, 3.0, 1.0, 0.0, 0.0];
     let texture = [5.0_f32, 5.0, 5.0, 5.0, 5.0, 5.0, 0.1, 5.0];
-    let claims = Fragment::new()
-        .params("claim_params", &SimClaimParams { width: 8, height: 1 })
-        .input("matched", &matched)
-        .input("disparity", &disparity)
-        .changed("claims", &[u32::MAX; 8])
-        .run(CLAIM, Invocations::line(8));
-    let claims = claims.words("claims");
-    assert_eq!(claims[4], (20 << 12) | 24);
-    assert_eq!(claims[7], u32::MAX);
     let params = SimDepthParams {
         width: 8,
         height: 1,
@@ -234,8 +223,8 @@ fn truth_of_claims_and_of_the_checks_on_depth() {
     };
     let depth = Fragment::new()
         .params("depth_params", &params)
-        .input("disparity", &disparity)
-        .input("claims", claims)
+        .input("left_disparity", &left)
+        .input("right_disparity", &right)
         .input("texture", &texture)
         .output("depth_mm", 8)
         .run(DEPTH, Invocations::line(8));

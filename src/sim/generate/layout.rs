@@ -76,7 +76,7 @@ impl<'a> Layout<'a> {
             albedo_ir,
             pattern,
             pattern_albedo,
-            pattern_albedo_ir: albedo_ir + 0.18 * (pattern_ir - albedo_ir),
+            pattern_albedo_ir: albedo_ir + 0.5 * (pattern_ir - albedo_ir),
             pattern_scale_m: scale_m,
             ..Material::default()
         };
