@@ -65,6 +65,96 @@ fn projected_light(at: vec3<f32>, normal: vec3<f32>) -> f32 {
     return select(0.0, trace_params.projector.w * pattern * facing / squared, lit);
 }
 
+// A pixel's rays: the one under way, and those that are still to come.
+struct Path {
+    origin: vec3<f32>,
+    direction: vec3<f32>,
+    share: f32,                 // of what it finds that reaches the camera; 0: none is left
+    travelled_m: f32,
+    light: vec4<f32>,           // found so far (r, g, b, infrared)
+    met_m: f32,                 // length of the last ray, 0 where it met nothing
+    met_kind: f32,              // and the kind of surface there
+    // The mirror side of a pane, for later; share -1: had its turn.
+    kept_origin: vec3<f32>,
+    kept_direction: vec3<f32>,
+    kept_share: f32,
+    // A rough reflection, sampled a ray at a time.
+    lobe_at: vec3<f32>,
+    lobe_in: vec3<f32>,
+    lobe_normal: vec3<f32>,
+    lobe_share: f32,
+    lobe_roughness: f32,
+    lobe_travelled_m: f32,
+    lobe_left: u32,
+}
+
+// Follows one ray: takes up the light where it ends, and prepares the next.
+fn followed(path: Path, pixel: u32, first: bool) -> Path {
+    var p = path;
+    let hit = nearest_hit(p.origin, p.direction);
+    let found = hit.id != NOTHING;
+    let at = p.origin + hit.t * p.direction;
+    let surface = surface_at(hit, at, p.direction);
+    let optics = scene.optics[surface.material];
+    p.travelled_m += hit.t;
+    p.met_m = select(0.0, hit.t, found);
+    p.met_kind = select(0.0, optics.w, found);
+    let cosine = max(-dot(p.direction, surface.normal), 0.0);
+    let one_face = select(0.0, fresnel(optics.x, cosine), optics.x > 0.0);
+    let pane = optics.z > 0.0;
+    let mirrored = select(one_face, pane_reflectance(one_face), pane);
+    let given = reflected_light(surface, at, p.travelled_m / trace_params.right.w, first);
+    p.light += select(0.0, p.share * (1.0 - mirrored), found && !pane) * given;
+
+    // Where the light goes on: through a pane, along the one mirror direction, or into a lobe.
+    let reflected = p.share * mirrored;
+    let onward = p.share * (1.0 - mirrored) * optics.z;
+    let bounce = found && reflected > SMALLEST;
+    let into_lobe = bounce && !pane && p.lobe_left == 0u && optics.y > 0.004 && p.lobe_share == 0.0;
+    let mirror_direction = reflect(p.direction, surface.normal);
+    let keep = bounce && pane && p.kept_share == 0.0;
+    p.kept_origin = select(p.kept_origin, at, keep);
+    p.kept_direction = select(p.kept_direction, mirror_direction, keep);
+    p.kept_share = select(p.kept_share, reflected, keep);
+    p.lobe_at = select(p.lobe_at, at, into_lobe);
+    p.lobe_in = select(p.lobe_in, p.direction, into_lobe);
+    p.lobe_normal = select(p.lobe_normal, surface.normal, into_lobe);
+    p.lobe_share = select(p.lobe_share, reflected / f32(LOBE_SAMPLES), into_lobe);
+    p.lobe_roughness = select(p.lobe_roughness, optics.y, into_lobe);
+    p.lobe_travelled_m = select(p.lobe_travelled_m, p.travelled_m, into_lobe);
+    p.lobe_left = select(p.lobe_left, LOBE_SAMPLES, into_lobe);
+
+    let through_pane = found && pane && onward > SMALLEST;
+    let mirror_on = bounce && !pane && !into_lobe;
+    p.share = select(select(0.0, reflected, mirror_on), onward, through_pane);
+    p.direction = select(p.direction, mirror_direction, mirror_on);
+    p.origin = at;
+    return with_next(p, pixel);
+}
+
+// Where a ray has ended: takes up what was kept.
+fn with_next(path: Path, pixel: u32) -> Path {
+    var p = path;
+    let sample = p.share == 0.0 && p.lobe_left > 0u;
+    let turn = f32(p.lobe_left) + unit(hash3(i32(pixel), i32(trace_params.frame_seed), 29u));
+    let swing = 6.2831853 * turn / f32(LOBE_SAMPLES);
+    let radius = p.lobe_roughness * sqrt(0.5 * f32(p.lobe_left & 1u) + 0.5 * fract(turn * 7.0)) * 1.4142136;
+    let helper = select(vec3(1.0, 0.0, 0.0), vec3(0.0, 0.0, 1.0), abs(p.lobe_normal.x) > 0.7);
+    let side = normalize(cross(p.lobe_normal + vec3(0.0, 0.0, 1.0e-9), helper));
+    let tilt = radius * (cos(swing) * side + sin(swing) * cross(p.lobe_normal, side));
+    p.origin = select(p.origin, p.lobe_at, sample);
+    p.direction = select(p.direction, reflect(p.lobe_in, normalize(p.lobe_normal + tilt)), sample);
+    p.share = select(p.share, p.lobe_share, sample);
+    p.travelled_m = select(p.travelled_m, p.lobe_travelled_m, sample);
+    p.lobe_left -= u32(sample);
+    let other = p.share == 0.0 && p.kept_share > 0.0;
+    p.origin = select(p.origin, p.kept_origin, other);
+    p.direction = select(p.direction, p.kept_direction, other);
+    p.share = select(p.share, p.kept_share, other);
+    p.kept_share = select(p.kept_share, -1.0, other);
+    return p;
+}
+
 @compute @workgroup_size(16, 4)
 fn trace(@builtin(global_invocation_id) id: vec3<u32>) {
     let width = trace_params.width;
@@ -76,90 +166,22 @@ fn trace(@builtin(global_invocation_id) id: vec3<u32>) {
     let ray = (vec2<f32>(id.xy) - vec2(trace_params.down.w, trace_params.forward.w)) / focal;
     let through = trace_params.right.xyz * ray.x + trace_params.down.xyz * ray.y + trace_params.forward.xyz;
     let depth_per_distance = inverseSqrt(dot(through, through));
-
-    var origin = trace_params.origin.xyz;
-    var direction = through * depth_per_distance;
-    var share = 1.0;
-    var travelled_m = 0.0;
-    var light = vec4(0.0);
-    var depth_m = 0.0;
-    var seen = 0u;
-    // The mirror side of a pane, kept for later.
-    var kept_origin = vec3(0.0);
-    var kept_direction = vec3(0.0);
-    var kept_share = 0.0;
-    // A rough reflection, sampled a ray at a time.
-    var lobe_at = vec3(0.0);
-    var lobe_in = vec3(0.0);
-    var lobe_normal = vec3(0.0);
-    var lobe_share = 0.0;
-    var lobe_roughness = 0.0;
-    var lobe_travelled_m = 0.0;
-    var lobe_left = 0u;
-    for (var segment = 0u; segment < SEGMENTS && share > 0.0; segment++) {
-        let hit = nearest_hit(origin, direction);
-        let found = hit.id != NOTHING;
-        let at = origin + hit.t * direction;
-        let surface = surface_at(hit, at, direction);
-        let optics = scene.optics[surface.material];
-        travelled_m += hit.t;
-        if segment == 0u {
-            depth_m = select(0.0, hit.t * depth_per_distance, found);
-            seen = select(0u, u32(optics.w), found);
-        }
-        let cosine = max(-dot(direction, surface.normal), 0.0);
-        let one_face = select(0.0, fresnel(optics.x, cosine), optics.x > 0.0);
-        let pane = optics.z > 0.0;
-        let mirrored = select(one_face, pane_reflectance(one_face), pane);
-        let given = reflected_light(surface, at, travelled_m / focal, segment == 0u);
-        light += select(0.0, share * (1.0 - mirrored), found && !pane) * given;
-        light += select(0.0, share, found && pane) * scene.emission[surface.material];
-
-        // Where the light goes on: through a pane, along the one mirror direction, or into a lobe.
-        let reflected = share * mirrored;
-        let onward = share * (1.0 - mirrored) * optics.z;
-        let bounce = found && reflected > SMALLEST;
-        let into_lobe = bounce && !pane && lobe_left == 0u && optics.y > 0.004 && segment < 4u;
-        let mirror_direction = reflect(direction, surface.normal);
-        let keep = bounce && pane && kept_share == 0.0;
-        kept_origin = select(kept_origin, at, keep);
-        kept_direction = select(kept_direction, mirror_direction, keep);
-        kept_share = select(kept_share, reflected, keep);
-        lobe_at = select(lobe_at, at, into_lobe);
-        lobe_in = select(lobe_in, direction, into_lobe);
-        lobe_normal = select(lobe_normal, surface.normal, into_lobe);
-        lobe_share = select(lobe_share, reflected / f32(LOBE_SAMPLES), into_lobe);
-        lobe_roughness = select(lobe_roughness, optics.y, into_lobe);
-        lobe_travelled_m = select(lobe_travelled_m, travelled_m, into_lobe);
-        lobe_left = select(lobe_left, LOBE_SAMPLES, into_lobe);
-
-        let through_pane = found && pane && onward > SMALLEST;
-        let mirror_on = bounce && !pane && !into_lobe;
-        share = select(select(0.0, reflected, mirror_on), onward, through_pane);
-        direction = select(direction, mirror_direction, mirror_on);
-        origin = at;
-        // This ray ends here: take up what was kept.
-        let sample = share == 0.0 && lobe_left > 0u;
-        let turn = f32(lobe_left) + unit(hash3(i32(pixel), i32(trace_params.frame_seed), 29u));
-        let swing = 6.2831853 * turn / f32(LOBE_SAMPLES);
-        let radius = lobe_roughness * sqrt(0.5 * f32(lobe_left & 1u) + 0.5 * fract(turn * 7.0)) * 1.4142136;
-        let helper = select(vec3(1.0, 0.0, 0.0), vec3(0.0, 0.0, 1.0), abs(lobe_normal.x) > 0.7);
-        let side = normalize(cross(lobe_normal + vec3(0.0, 0.0, 1.0e-9), helper));
-        let tilt = radius * (cos(swing) * side + sin(swing) * cross(lobe_normal, side));
-        origin = select(origin, lobe_at, sample);
-        direction = select(direction, reflect(lobe_in, normalize(lobe_normal + tilt)), sample);
-        share = select(share, lobe_share, sample);
-        travelled_m = select(travelled_m, lobe_travelled_m, sample);
-        lobe_left -= u32(sample);
-        let other = share == 0.0 && kept_share > 0.0;
-        origin = select(origin, kept_origin, other);
-        direction = select(direction, kept_direction, other);
-        share = select(share, kept_share, other);
-        kept_share = select(kept_share, -1.0, other);
+    var path: Path;
+    path.origin = trace_params.origin.xyz;
+    path.direction = through * depth_per_distance;
+    path.share = 1.0;
+    // The first ray by itself: it alone casts shadow rays.
+    path = followed(path, pixel, true);
+    let depth_m = path.met_m * depth_per_distance;
+    let seen = u32(path.met_kind);
+    for (var segment = 1u; segment < SEGMENTS && path.share > 0.0; segment++) {
+        path = followed(path, pixel, false);
     }
+    let light = path.light;
     infrared[pixel] = light.w;
     if left {
-        color_light[pixel] = vec2(pack2x16float(min(light.xy, vec2(60000.0))), pack2x16float(vec2(min(light.z, 60000.0), 0.0)));
+        let bounded = min(light.xyz, vec3(60000.0));
+        color_light[pixel] = vec2(pack2x16float(bounded.xy), pack2x16float(vec2(bounded.z, 0.0)));
         color_luminance[pixel] = dot(light.xyz, vec3(0.2126, 0.7152, 0.0722));
         true_depth_m[pixel] = depth_m;
         true_material[pixel] = seen;

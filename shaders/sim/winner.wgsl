@@ -35,6 +35,12 @@ fn considered(best: Best, disparity: u32, cost: u32) -> Best {
     let next = disparity == best.disparity + 1u;
     let beyond = disparity > best.disparity + 1u;
     var b = best;
+    // The right image's disparities are whole pixels: nothing but the best is kept of them.
+    if !left {
+        b.disparity = select(best.disparity, disparity, better);
+        b.cost = min(best.cost, cost);
+        return b;
+    }
     b.second = select(select(best.second, min(best.second, cost), beyond), best.least, better);
     b.after = select(select(best.after, cost, next), NONE, better);
     b.before = select(best.before, best.last, better);
@@ -79,8 +85,10 @@ fn considered_pair(best: Best, word: u32, costs: u32) -> Best {
 // A pixel's disparity, -1 where the match is ambiguous or poor.
 fn chosen(best: Best) -> f32 {
     let unique = f32(best.cost) < (1.0 - winner_params.uniqueness) * f32(best.second);
-    let sure = !left || (unique && f32(best.cost) <= winner_params.largest_cost);
-    return select(-1.0, fitted(best), sure);
+    if !left {
+        return f32(best.disparity);
+    }
+    return select(-1.0, fitted(best), unique && f32(best.cost) <= winner_params.largest_cost);
 }
 
 @compute @workgroup_size(64)

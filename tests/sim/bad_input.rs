@@ -134,3 +134,28 @@ fn yaml_that_is_no_scene_is_refused() {
     let scene = small_room();
     assert_eq!(Scene::from_yaml(&scene.to_yaml().unwrap()).unwrap(), scene);
 }
+
+#[test]
+fn the_command_says_what_is_wrong_and_exits_with_2() {
+    let limpid = |arguments: &[&str]| {
+        let output =
+            std::process::Command::new(env!("CARGO_BIN_EXE_limpid")).args(arguments).output().unwrap();
+        (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
+    };
+    let refused = |arguments: &[&str], part: &str| {
+        let (code, text) = limpid(arguments);
+        assert!(code == Some(2) && text.contains(part), "{code:?}: {text}");
+    };
+    refused(&["sim"], "SCENE");
+    refused(&["sim", "--seed", "1", "--level", "L9"], "L9");
+    refused(&["sim", "--seed", "1", "--size", "848"], "WxH");
+    refused(&["sim", "--seed", "1", "--size", "100x80"], "camera.width");
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("scene.yaml");
+    let mut scene = small_room();
+    scene.floor = "flor".into();
+    std::fs::write(&file, scene.to_yaml().unwrap()).unwrap();
+    refused(&["sim", file.to_str().unwrap()], "`floor`");
+    std::fs::write(&file, "name: [").unwrap();
+    refused(&["sim", file.to_str().unwrap()], "scene.yaml");
+}

@@ -161,7 +161,7 @@ fn winners_twin(costs: &[u32], width: usize, height: usize, disparities: usize, 
             let second = others.min().unwrap_or(65535);
             let sure = !left || f64::from(sums[best]) < 0.9 * f64::from(second) && sums[best] <= 700;
             let mut fit = best as f64;
-            if best > 0 && best + 1 < disparities {
+            if left && best > 0 && best + 1 < disparities {
                 let [a, c, b] = [best - 1, best, best + 1].map(|d| f64::from(sums[d]));
                 fit += 0.5 * (a - b) / (a.max(b) - c).max(1.0);
             }
