@@ -12,6 +12,7 @@ pub mod pipeline;
 mod receive;
 pub mod recording;
 pub mod run;
+pub mod sim;
 pub mod stage;
 pub mod weights;
 

@@ -12,6 +12,7 @@ mod read;
 mod real;
 mod reference;
 mod shaders;
+mod sim;
 mod stage;
 mod support;
 mod weights;

@@ -14,12 +14,13 @@ use limpid::stage::{see_through, spatial_median, tally, update, weigh};
 use limpid::weights::Network;
 use limpid::{Error, pipeline};
 
+use crate::sim::small_room;
 use crate::support::camera_job::{job, small_map, tiny_camera};
 use crate::support::gpu::skipped;
 use crate::support::run::{open, step};
 use crate::support::scene::{Scene, pose};
 
-const ALL: [ShaderSource; 14] = [
+const PIPELINE: [ShaderSource; 14] = [
     back_project::BACK_PROJECT,
     inflate::PACK,
     inflate::ROWS,
@@ -35,6 +36,11 @@ const ALL: [ShaderSource; 14] = [
     tally::TALLY,
     weigh::WEIGH,
 ];
+
+/// The passes of the pipeline and of the simulated camera.
+fn all() -> impl Iterator<Item = ShaderSource> {
+    PIPELINE.into_iter().chain(limpid::sim::passes::ALL)
+}
 
 fn wgsl_files(folder: &Path, found: &mut BTreeSet<String>) {
     for entry in std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()) {
@@ -67,14 +73,14 @@ fn jobs() -> Vec<Job> {
 
 #[test]
 fn every_shader_parses_and_every_file_is_reached() {
-    for source in ALL {
+    for source in all() {
         let shader = Shader::parse(source).unwrap();
         assert!(!shader.bindings.is_empty() && shader.workgroup_size.iter().product::<u32>() > 1);
     }
     let mut files = BTreeSet::new();
     wgsl_files(&Path::new(env!("CARGO_MANIFEST_DIR")).join("shaders"), &mut files);
     let network = all_kernels();
-    let parts = ALL.iter().flat_map(|s| s.parts).chain(network.iter().flatten());
+    let parts = all().flat_map(|s| s.parts).chain(network.iter().flatten());
     let reached: BTreeSet<String> = parts.map(|part| (*part).to_owned()).collect();
     let first_lines =
         |of: Vec<&String>| of.iter().map(|text| text.lines().next().unwrap().to_owned()).collect::<Vec<_>>();
@@ -85,9 +91,10 @@ fn every_shader_parses_and_every_file_is_reached() {
 
 #[test]
 fn every_pass_is_in_a_plan_that_fits() {
-    let plans: Vec<_> =
+    let mut plans: Vec<_> =
         jobs().iter().map(|job| pipeline::plan(job, &pipeline::stages(job)).unwrap()).collect();
-    for source in ALL {
+    plans.push(limpid::sim::simulator::plan(&small_room()).unwrap());
+    for source in all() {
         let used = plans.iter().flat_map(|plan| plan.steps()).any(|step| step.shader.name == source.name);
         assert!(used, "`{}` is in no plan", source.name);
     }

@@ -8,6 +8,7 @@ mod net;
 mod points;
 mod profile;
 mod run;
+mod sim;
 
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -38,6 +39,8 @@ enum Verb {
     Net(net::NetArguments),
     /// Decode the scans of a lidar recording and write each as a PLY file
     Points(points::PointsArguments),
+    /// Make a ray-traced recording with ground truth, from a scene or a seed
+    Sim(sim::SimArguments),
     /// Measure time per pass and per frame
     Bench(bench::BenchArguments),
     /// Write a trace of frames and passes that Perfetto (ui.perfetto.dev) opens
@@ -92,6 +95,7 @@ pub(crate) fn execute(arguments: Arguments) -> Result<()> {
         }
         Verb::Net(arguments) => net::execute(&arguments),
         Verb::Points(arguments) => points::execute(&arguments),
+        Verb::Sim(arguments) => sim::execute(&arguments),
         Verb::Bench(arguments) => bench::execute(&arguments),
         Verb::Profile(arguments) => profile::execute(&arguments),
     }

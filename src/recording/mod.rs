@@ -23,7 +23,10 @@ use crate::geometry::Rigid;
 
 pub mod write;
 
+pub(crate) use self::exr_decode::depth_from_exr;
 pub use self::log::LogReader;
+pub(crate) use self::log::{Record, Records};
+pub(crate) use self::mcap::McapRecords;
 pub use self::open::open;
 pub use self::still::StillReader;
 pub use self::tum::TumReader;

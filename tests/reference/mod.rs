@@ -8,6 +8,7 @@ pub(crate) mod move_window;
 pub(crate) mod network;
 pub(crate) mod register_color;
 pub(crate) mod see_through;
+pub(crate) mod sim;
 pub(crate) mod spatial_median;
 pub(crate) mod tally;
 pub(crate) mod update;

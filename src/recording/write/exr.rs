@@ -61,7 +61,11 @@ impl Sink for DumpSink {
     }
 }
 
-fn write_exr(path: &Path, size: (usize, usize), samples: Vec<f32>) -> Result<()> {
+/// An image of `size` (width, height) with one 32-bit float channel `Y`.
+///
+/// # Errors
+/// [`Error::File`], [`Error::Encode`] where the samples do not fill it.
+pub(crate) fn write_exr(path: &Path, size: (usize, usize), samples: Vec<f32>) -> Result<()> {
     if size.0 * size.1 != samples.len() || samples.is_empty() {
         return Err(encode_error(
             path,

@@ -28,6 +28,7 @@ ros_types![
     CameraInfo = "sensor_msgs/msg/CameraInfo",
     TFMessage = "tf2_msgs/msg/TFMessage",
     DiagnosticArray = "diagnostic_msgs/msg/DiagnosticArray",
+    RosString = "std_msgs/msg/String",
 ];
 
 /// `nav_msgs/MapMetaData`.
@@ -117,4 +118,11 @@ pub struct DiagnosticArray {
     pub header: Header,
     /// One entry per component.
     pub status: Vec<DiagnosticStatus>,
+}
+
+/// `std_msgs/String`.
+#[derive(Debug, Clone, Serialize)]
+pub struct RosString {
+    /// The text.
+    pub data: String,
 }

@@ -19,6 +19,7 @@ mod ros_file;
 mod schema;
 
 pub use exr::DumpSink;
+pub(crate) use exr::write_exr;
 pub use map_server::save_map;
 pub use mcap::{McapSink, occupancy_of_cost};
 pub use ply::save_scan;
@@ -59,12 +60,12 @@ fn grid_mismatch(output: &FrameOutput) -> Option<String> {
     (!fits).then(|| format!("{costs} costs do not fill a grid of {width}x{height} cells"))
 }
 
-fn create_file(path: &Path) -> Result<BufWriter<File>> {
+pub(crate) fn create_file(path: &Path) -> Result<BufWriter<File>> {
     File::create(path).map(BufWriter::new).map_err(Error::file(path))
 }
 
 /// Makes `path` a folder; its parent must exist, so that a mistyped path is found out.
-fn create_folder(path: &Path) -> Result<()> {
+pub(crate) fn create_folder(path: &Path) -> Result<()> {
     match std::fs::create_dir(path) {
         Err(_) if path.is_dir() => Ok(()),
         result => result.map_err(Error::file(path)),
@@ -72,7 +73,7 @@ fn create_folder(path: &Path) -> Result<()> {
 }
 
 /// An [`Error::Encode`] for `path`.
-fn encode_error(path: &Path, reason: impl ToString) -> Error {
+pub(crate) fn encode_error(path: &Path, reason: impl ToString) -> Error {
     Error::Encode { path: path.into(), reason: reason.to_string() }
 }
 

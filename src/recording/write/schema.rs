@@ -38,6 +38,7 @@ const DEFINITIONS: &[Definition] = definitions![
     "sensor_msgs" "Image",
     "sensor_msgs" "RegionOfInterest",
     "std_msgs" "Header",
+    "std_msgs" "String",
     "tf2_msgs" "TFMessage",
 ];
 

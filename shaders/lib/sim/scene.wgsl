@@ -1,0 +1,208 @@
+// A scene as the ray tracer holds it, and where rays meet it: rectangles, upright boxes and cylinders, floor and ceiling.
+const QUADS = 64u;
+const BOXES = 48u;
+const CYLINDERS = 16u;
+const LIGHTS = 16u;
+const MATERIALS = 32u;
+
+struct SimScene {
+    counts: vec4<u32>,          // lights, clusters, unused
+    room: vec4<u32>,            // material of floor and ceiling, unused
+    ambient: vec4<f32>,         // r, g, b, infrared
+    size: vec4<f32>,            // ceiling height in metres; unused
+    quad_plane: array<vec4<f32>, 64>,       // unit normal, its distance from the origin
+    quad_u: array<vec4<f32>, 64>,           // along the width: dot(xyz, p) - w is in [-1, 1]
+    quad_v: array<vec4<f32>, 64>,           // along the height
+    quad_material: array<vec4<u32>, 64>,    // material, unused
+    box_center: array<vec4<f32>, 48>,       // xyz, cosine of the yaw
+    box_half: array<vec4<f32>, 48>,         // half extents, sine of the yaw
+    box_material: array<vec4<u32>, 48>,     // material, unused
+    cylinder_axis: array<vec4<f32>, 16>,    // x, y, radius, unused
+    cylinder_span: array<vec4<f32>, 16>,    // bottom, top, unused
+    cylinder_material: array<vec4<u32>, 16>,
+    cluster_low: array<vec4<f32>, 48>,      // least corner of a group of solids that lie together
+    cluster_high: array<vec4<f32>, 48>,     // its greatest corner
+    // First in bits 0 to 7, end in 8 to 15: rectangles (16 to 23: end of those that cast shadows), boxes, cylinders.
+    cluster_range: array<vec4<u32>, 48>,
+    light_place: array<vec4<f32>, 16>,      // centre, area / pi
+    light_normal: array<vec4<f32>, 16>,     // unit normal, unused
+    light_radiance: array<vec4<f32>, 16>,   // r, g, b, infrared
+    albedo: array<vec4<f32>, 32>,           // r, g, b, infrared
+    pattern_albedo: array<vec4<f32>, 32>,   // the pattern's other colour
+    pattern: array<vec4<f32>, 32>,          // kind, scale in metres, unused
+    optics: array<vec4<f32>, 32>,           // reflectance at normal incidence, roughness, transmission, kind
+    emission: array<vec4<f32>, 32>,         // r, g, b, infrared
+}
+
+// What a ray meets: distance along it (FAR where nothing), and kind of surface in bits 8 and up with its index.
+struct Hit {
+    t: f32,
+    id: u32,
+}
+
+const FAR = 1.0e9;
+const NOTHING = 0u;
+const FLOOR_HIT = 0x100u;
+const CEILING_HIT = 0x200u;
+const QUAD_HIT = 0x300u;
+const BOX_HIT = 0x400u;
+const CYLINDER_HIT = 0x500u;
+
+// Nearer hits belong to the surface that the ray starts on.
+const NEAREST = 1.0e-4;
+
+// Keeps a divisor away from 0.
+fn away_from_zero(value: f32) -> f32 {
+    return select(value, select(-1.0e-9, 1.0e-9, value >= 0.0), abs(value) < 1.0e-9);
+}
+
+fn quad_distance(index: u32, origin: vec3<f32>, direction: vec3<f32>) -> f32 {
+    let plane = scene.quad_plane[index];
+    let u = scene.quad_u[index];
+    let v = scene.quad_v[index];
+    let t = (plane.w - dot(plane.xyz, origin)) / away_from_zero(dot(plane.xyz, direction));
+    let at = origin + t * direction;
+    let inside = abs(dot(u.xyz, at) - u.w) <= 1.0 && abs(dot(v.xyz, at) - v.w) <= 1.0;
+    return select(FAR, t, inside && t > NEAREST);
+}
+
+// A direction or offset in a box's own axes.
+fn turned(v: vec3<f32>, cosine: f32, sine: f32) -> vec3<f32> {
+    return vec3(cosine * v.x + sine * v.y, cosine * v.y - sine * v.x, v.z);
+}
+
+fn box_distance(index: u32, origin: vec3<f32>, direction: vec3<f32>) -> f32 {
+    let center = scene.box_center[index];
+    let half = scene.box_half[index];
+    let o = turned(origin - center.xyz, center.w, half.w);
+    let d = turned(direction, center.w, half.w);
+    let inverse = 1.0 / vec3(away_from_zero(d.x), away_from_zero(d.y), away_from_zero(d.z));
+    let middle = -o * inverse;
+    let reach = half.xyz * abs(inverse);
+    let first = middle - reach;
+    let last = middle + reach;
+    let near = max(first.x, max(first.y, first.z));
+    let far = min(last.x, min(last.y, last.z));
+    return select(FAR, near, near <= far && near > NEAREST);
+}
+
+fn cylinder_distance(index: u32, origin: vec3<f32>, direction: vec3<f32>) -> f32 {
+    let axis = scene.cylinder_axis[index];
+    let span = scene.cylinder_span[index];
+    let o = origin.xy - axis.xy;
+    let a = max(dot(direction.xy, direction.xy), 1.0e-12);
+    let b = dot(o, direction.xy);
+    // The discriminant by the distance of closest approach, which keeps its digits far away.
+    let closest = o - (b / a) * direction.xy;
+    let under_root = a * (axis.z * axis.z - dot(closest, closest));
+    let root = sqrt(max(under_root, 0.0));
+    let inverse_z = 1.0 / away_from_zero(direction.z);
+    let bottom = (span.x - origin.z) * inverse_z;
+    let top = (span.y - origin.z) * inverse_z;
+    let near = max((-b - root) / a, min(bottom, top));
+    let far = min((-b + root) / a, max(bottom, top));
+    return select(FAR, near, under_root > 0.0 && near <= far && near > NEAREST);
+}
+
+// The nearest surface along a ray.
+fn nearest_hit(origin: vec3<f32>, direction: vec3<f32>) -> Hit {
+    var hit = Hit(FAR, NOTHING);
+    let level = select(0.0, scene.size.x, direction.z > 0.0);
+    let vertical = (level - origin.z) / away_from_zero(direction.z);
+    if vertical > NEAREST {
+        hit = Hit(vertical, select(FLOOR_HIT, CEILING_HIT, direction.z > 0.0));
+    }
+    for (var c = 0u; c < scene.counts.y; c++) {
+        // A loop of one round or none: a group of rays that all pass by goes on at once.
+        for (var k = u32(meets_cluster(c, origin, direction, hit.t)); k > 0u; k--) {
+            let range = scene.cluster_range[c];
+            for (var i = range.x & 255u; i < ((range.x >> 8u) & 255u); i++) {
+                let t = quad_distance(i, origin, direction);
+                hit.id = select(hit.id, QUAD_HIT | i, t < hit.t);
+                hit.t = min(hit.t, t);
+            }
+            for (var i = range.y & 255u; i < (range.y >> 8u); i++) {
+                let t = box_distance(i, origin, direction);
+                hit.id = select(hit.id, BOX_HIT | i, t < hit.t);
+                hit.t = min(hit.t, t);
+            }
+            for (var i = range.z & 255u; i < (range.z >> 8u); i++) {
+                let t = cylinder_distance(i, origin, direction);
+                hit.id = select(hit.id, CYLINDER_HIT | i, t < hit.t);
+                hit.t = min(hit.t, t);
+            }
+        }
+    }
+    return hit;
+}
+
+// Whether a ray comes through a group's bounds before `reach`.
+fn meets_cluster(c: u32, origin: vec3<f32>, direction: vec3<f32>, reach: f32) -> bool {
+    let inverse = 1.0 / vec3(away_from_zero(direction.x), away_from_zero(direction.y), away_from_zero(direction.z));
+    let a = (scene.cluster_low[c].xyz - origin) * inverse;
+    let b = (scene.cluster_high[c].xyz - origin) * inverse;
+    let first = min(a, b);
+    let last = max(a, b);
+    let near = max(first.x, max(first.y, first.z));
+    let far = min(last.x, min(last.y, last.z));
+    return near <= far && far > 0.0 && near < reach;
+}
+
+// Whether something stands within `reach` along a ray that casts shadows: anything but glass and lights.
+fn is_shadowed(origin: vec3<f32>, direction: vec3<f32>, reach: f32) -> bool {
+    var nearest = FAR;
+    for (var c = 0u; c < scene.counts.y; c++) {
+        for (var k = u32(meets_cluster(c, origin, direction, min(nearest, reach))); k > 0u; k--) {
+            let range = scene.cluster_range[c];
+            for (var i = range.x & 255u; i < (range.x >> 16u); i++) {
+                nearest = min(nearest, quad_distance(i, origin, direction));
+            }
+            for (var i = range.y & 255u; i < (range.y >> 8u); i++) {
+                nearest = min(nearest, box_distance(i, origin, direction));
+            }
+            for (var i = range.z & 255u; i < (range.z >> 8u); i++) {
+                nearest = min(nearest, cylinder_distance(i, origin, direction));
+            }
+        }
+    }
+    return nearest < reach;
+}
+
+// Unit normal towards where the ray comes from, and the material.
+struct Surface {
+    normal: vec3<f32>,
+    material: u32,
+}
+
+fn surface_at(hit: Hit, at: vec3<f32>, direction: vec3<f32>) -> Surface {
+    let kind = hit.id & 0xff00u;
+    let index = hit.id & 0xffu;
+    var normal = vec3(0.0, 0.0, select(1.0, -1.0, kind == CEILING_HIT));
+    var material = select(scene.room.x, scene.room.y, kind == CEILING_HIT);
+    if kind == QUAD_HIT {
+        normal = scene.quad_plane[index].xyz;
+        material = scene.quad_material[index].x;
+    }
+    if kind == BOX_HIT {
+        let center = scene.box_center[index];
+        let half = scene.box_half[index];
+        let local = turned(at - center.xyz, center.w, half.w) / half.xyz;
+        let size = abs(local);
+        let x_face = size.x >= size.y && size.x >= size.z;
+        let y_face = !x_face && size.y >= size.z;
+        let face = vec3(f32(x_face), f32(y_face), f32(!x_face && !y_face)) * sign(local);
+        normal = turned(face, center.w, -half.w);
+        material = scene.box_material[index].x;
+    }
+    if kind == CYLINDER_HIT {
+        let axis = scene.cylinder_axis[index];
+        let span = scene.cylinder_span[index];
+        let out = (at.xy - axis.xy) / axis.z;
+        let height = (at.z - 0.5 * (span.x + span.y)) / (0.5 * (span.y - span.x));
+        // Of two faces that meet in a rim the one nearer to the point.
+        let on_cap = (1.0 - abs(height)) * (span.y - span.x) < 2.0 * (1.0 - length(out)) * axis.z;
+        normal = select(vec3(out / max(length(out), 1.0e-9), 0.0), vec3(0.0, 0.0, sign(height)), on_cap);
+        material = scene.cylinder_material[index].x;
+    }
+    return Surface(select(normal, -normal, dot(normal, direction) > 0.0), material);
+}

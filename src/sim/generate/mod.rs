@@ -1,0 +1,64 @@
+//! Random indoor scenes from a seed and a glare level, in two families.
+
+mod held_out;
+mod layout;
+mod physics;
+mod random;
+mod train;
+mod vary;
+mod way;
+
+pub use physics::Physics;
+pub use random::Random;
+pub use vary::vary_sensor;
+
+use super::scene::Scene;
+use crate::error::{Error, Result};
+
+/// How much glare (spec 1 §8).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, clap::ValueEnum)]
+#[value(rename_all = "UPPER")]
+pub enum Level {
+    /// Matt floor, little infrared in the lamps.
+    L0,
+    /// Some gloss, warm lamps, a window.
+    L1,
+    /// A polished dark floor, strong lamps, sunlit windows, a glass pane.
+    L2,
+}
+
+/// Which generator.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, clap::ValueEnum)]
+pub enum Family {
+    /// Rectangular rooms, some with a corridor, square lamps, upright furniture.
+    #[default]
+    Train,
+    /// Angled plans, pillars and round tables, other patterns, strip lamps, narrow windows: for evaluation only.
+    HeldOut,
+}
+
+/// Attempts at one scene before giving up.
+const ATTEMPTS: u64 = 200;
+
+/// The scene of a seed, with a way of `frames` frames.
+///
+/// # Errors
+/// [`Error::Config`] for the key `seed` where no way was found through any arrangement.
+pub fn generate(family: Family, level: Level, seed: u64, frames: u32) -> Result<Scene> {
+    for attempt in 0..ATTEMPTS {
+        let mut random = Random::new(seed.wrapping_mul(0x1_0001).wrapping_add(attempt << 48));
+        let mut scene = match family {
+            Family::Train => train::scene(level, &mut random),
+            Family::HeldOut => held_out::scene(level, &mut random),
+        };
+        scene.name = format!("{family:?} {level:?} seed {seed}");
+        scene.seed = seed;
+        scene.trajectory.frames = frames;
+        if way::lay(&mut scene, &mut random) && scene.validate().is_ok() {
+            return Ok(scene);
+        }
+    }
+    let reason =
+        format!("no way of {frames} frames was found in {ATTEMPTS} arrangements; ask for fewer frames");
+    Err(Error::Config { key: "seed".into(), reason })
+}

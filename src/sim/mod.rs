@@ -1,0 +1,26 @@
+//! Simulated RGB-D recordings with ground truth: scenes, a ray-traced stereo camera, its matcher, the robot's way.
+//!
+//! Holes and spikes are never painted on: they come out of matching two infrared images of a scene with mirrors,
+//! glass, lamps and sunlight (spec 1 §8).
+
+mod check;
+mod cluster;
+mod footprint;
+pub mod frame;
+pub mod generate;
+pub mod material;
+mod pack;
+pub mod passes;
+pub mod rates;
+pub mod scene;
+pub mod settings;
+pub mod simulator;
+mod trajectory;
+pub mod truth;
+mod walls;
+pub mod write;
+
+pub use pack::SimScene;
+pub use scene::Scene;
+pub use simulator::Simulator;
+pub use trajectory::poses;

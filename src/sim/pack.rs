@@ -1,0 +1,273 @@
+//! A scene as the shaders take it.
+
+use bytemuck::Zeroable;
+use glam::{DVec2, DVec3, UVec4, Vec4};
+
+use super::cluster::{Item, Table, bounds, clusters};
+use super::material::{Kind, Material};
+use super::scene::{Pane, Scene};
+use super::walls::{Wall, walls};
+use crate::stage::single;
+
+/// Rectangles that fit.
+pub(crate) const QUADS: usize = 64;
+/// Boxes that fit.
+pub(crate) const BOXES: usize = 48;
+/// Cylinders that fit.
+pub(crate) const CYLINDERS: usize = 16;
+/// Lights that fit.
+pub(crate) const LIGHTS: usize = 16;
+/// Materials that fit.
+pub(crate) const MATERIALS: usize = 32;
+
+crate::params! {
+    /// A scene in `shaders/lib/sim/scene.wgsl`, which explains the fields.
+    pub struct SimScene {
+        /// Lights, clusters.
+        pub counts: UVec4,
+        /// Material of floor and ceiling.
+        pub room: UVec4,
+        /// r, g, b, infrared.
+        pub ambient: Vec4,
+        /// Ceiling height.
+        pub size: Vec4,
+        /// Plane of each rectangle.
+        pub quad_plane: [Vec4; 64],
+        /// Its width.
+        pub quad_u: [Vec4; 64],
+        /// Its height.
+        pub quad_v: [Vec4; 64],
+        /// Its material.
+        pub quad_material: [UVec4; 64],
+        /// Centre of each box and cosine of its yaw.
+        pub box_center: [Vec4; 48],
+        /// Half its lengths and sine of its yaw.
+        pub box_half: [Vec4; 48],
+        /// Its material.
+        pub box_material: [UVec4; 48],
+        /// x, y and radius of each cylinder.
+        pub cylinder_axis: [Vec4; 16],
+        /// Its bottom and top.
+        pub cylinder_span: [Vec4; 16],
+        /// Its material.
+        pub cylinder_material: [UVec4; 16],
+        /// Least corner of each cluster.
+        pub cluster_low: [Vec4; 48],
+        /// Its greatest corner.
+        pub cluster_high: [Vec4; 48],
+        /// Its rectangles, boxes and cylinders.
+        pub cluster_range: [UVec4; 48],
+        /// Centre of each light and its area over pi.
+        pub light_place: [Vec4; 16],
+        /// Where it faces.
+        pub light_normal: [Vec4; 16],
+        /// r, g, b, infrared.
+        pub light_radiance: [Vec4; 16],
+        /// r, g, b, infrared of each material.
+        pub albedo: [Vec4; 32],
+        /// Of its pattern.
+        pub pattern_albedo: [Vec4; 32],
+        /// Kind and scale of its pattern.
+        pub pattern: [Vec4; 32],
+        /// Reflectance, roughness, transmission, kind.
+        pub optics: [Vec4; 32],
+        /// r, g, b, infrared.
+        pub emission: [Vec4; 32],
+    }
+}
+
+fn vec4(x: f64, y: f64, z: f64, w: f64) -> Vec4 {
+    Vec4::new(single(x), single(y), single(z), single(w))
+}
+
+fn count(value: usize) -> u32 {
+    u32::try_from(value).unwrap_or(u32::MAX)
+}
+
+/// An upright or level rectangle: centre, half its width and height as vectors, material.
+struct Quad {
+    center: DVec3,
+    u: DVec3,
+    v: DVec3,
+    material: u32,
+    casts: bool,
+}
+
+impl Quad {
+    /// Facing `yaw_rad`.
+    fn upright(center_m: [f64; 3], width_m: f64, height_m: f64, yaw_rad: f64) -> Self {
+        let along = DVec2::from_angle(yaw_rad).perp() * width_m / 2.0;
+        let (u, v) = (along.extend(0.0), DVec3::Z * height_m / 2.0);
+        Self { center: DVec3::from_array(center_m), u, v, material: 0, casts: false }
+    }
+
+    /// Facing down.
+    fn level(center_m: [f64; 3], [width_m, depth_m]: [f64; 2]) -> Self {
+        let (u, v) = (DVec3::Y * depth_m / 2.0, DVec3::X * width_m / 2.0);
+        Self { center: DVec3::from_array(center_m), u, v, material: 0, casts: false }
+    }
+
+    /// Its normal: `u` x `v`, which faces the yaw of [`Self::upright`].
+    fn normal(&self) -> DVec3 {
+        self.u.cross(self.v).normalize()
+    }
+}
+
+impl SimScene {
+    /// Packs a checked scene.
+    pub fn pack(scene: &Scene) -> Self {
+        let mut packed = Self::zeroed();
+        packed.ambient = light_of(scene.ambient.color, scene.ambient.infrared);
+        packed.size = vec4(scene.ceiling_m, 0.0, 0.0, 0.0);
+        for (slot, material) in scene.materials.values().enumerate() {
+            packed.put_material(slot, material);
+        }
+        packed.room = UVec4::new(slot(scene, &scene.floor), slot(scene, &scene.ceiling), 0, 0);
+        let mut quads = walls_and_panes(scene);
+        packed.put_lights(scene, &mut quads);
+        packed.put_clusters(scene, &quads);
+        packed
+    }
+
+    fn put_material(&mut self, slot: usize, material: &Material) {
+        self.albedo[slot] = light_of(material.albedo, material.albedo_ir);
+        self.pattern_albedo[slot] = light_of(material.pattern_albedo, material.pattern_albedo_ir);
+        self.pattern[slot] = vec4(f64::from(material.pattern.code()), material.pattern_scale_m, 0.0, 0.0);
+        let kind = f64::from(material.kind.code());
+        self.optics[slot] = vec4(material.reflectance, material.roughness, material.transmission, kind);
+    }
+
+    /// Puts everything into the tables, cluster by cluster.
+    fn put_clusters(&mut self, scene: &Scene, quads: &[Quad]) {
+        let mut next = [0_usize; 3];
+        for mut cluster in clusters(items(scene, quads)) {
+            cluster.sort_by_key(|item| !item.casts);
+            let index = self.counts.y as usize;
+            let (low, high) = bounds(&cluster);
+            self.cluster_low[index] = vec4(low.x, low.y, low.z, 0.0);
+            self.cluster_high[index] = vec4(high.x, high.y, high.z, 0.0);
+            let first = next;
+            for item in &cluster {
+                let slot = &mut next[item.table as usize];
+                match item.table {
+                    Table::Quad => self.put_quad(*slot, &quads[item.index]),
+                    Table::Box => self.put_box(*slot, scene, item.index),
+                    Table::Cylinder => self.put_cylinder(*slot, scene, item.index),
+                }
+                *slot += 1;
+            }
+            let casting = cluster.iter().filter(|item| item.table == Table::Quad && item.casts).count();
+            let range = [0, 1, 2].map(|table| count(first[table] | (next[table] << 8)));
+            let shadows = count((first[0] + casting) << 16);
+            self.cluster_range[index] = UVec4::new(range[0] | shadows, range[1], range[2], 0);
+            self.counts.y += 1;
+        }
+    }
+
+    fn put_quad(&mut self, index: usize, quad: &Quad) {
+        let normal = quad.normal();
+        let axis = |half: DVec3| {
+            let unit = half / half.length_squared();
+            vec4(unit.x, unit.y, unit.z, unit.dot(quad.center))
+        };
+        self.quad_plane[index] = vec4(normal.x, normal.y, normal.z, normal.dot(quad.center));
+        self.quad_u[index] = axis(quad.u);
+        self.quad_v[index] = axis(quad.v);
+        self.quad_material[index] = UVec4::new(quad.material, 0, 0, 0);
+    }
+
+    fn put_box(&mut self, index: usize, scene: &Scene, number: usize) {
+        let block = &scene.boxes[number];
+        let [x, y, z] = block.center_m;
+        let half = DVec3::from_array(block.size_m) / 2.0;
+        let (sine, cosine) = block.yaw_rad.sin_cos();
+        self.box_center[index] = vec4(x, y, z, cosine);
+        self.box_half[index] = vec4(half.x, half.y, half.z, sine);
+        self.box_material[index] = UVec4::new(slot(scene, &block.material), 0, 0, 0);
+    }
+
+    fn put_cylinder(&mut self, index: usize, scene: &Scene, number: usize) {
+        let cylinder = &scene.cylinders[number];
+        let [x, y, z] = cylinder.base_m;
+        self.cylinder_axis[index] = vec4(x, y, cylinder.radius_m, 0.0);
+        self.cylinder_span[index] = vec4(z, z + cylinder.height_m, 0.0, 0.0);
+        self.cylinder_material[index] = UVec4::new(slot(scene, &cylinder.material), 0, 0, 0);
+    }
+
+    fn put_lights(&mut self, scene: &Scene, quads: &mut Vec<Quad>) {
+        for lamp in &scene.lamps {
+            let quad = Quad::level(lamp.center_m, lamp.size_m);
+            let radiance = light_of(lamp.color, lamp.infrared);
+            quads.push(self.put_light(quad, radiance, Kind::Lamp, scene.materials.len()));
+        }
+        for window in &scene.windows {
+            let quad = Quad::upright(window.center_m, window.width_m, window.height_m, window.yaw_rad);
+            let radiance = light_of(window.color, window.infrared);
+            quads.push(self.put_light(quad, radiance, Kind::Window, scene.materials.len()));
+        }
+    }
+
+    fn put_light(&mut self, quad: Quad, radiance: Vec4, kind: Kind, materials: usize) -> Quad {
+        let index = self.counts.x as usize;
+        let material = materials + index;
+        let area_m2 = 4.0 * quad.u.length() * quad.v.length();
+        let (at, normal) = (quad.center, quad.normal());
+        self.light_place[index] = vec4(at.x, at.y, at.z, area_m2 / std::f64::consts::PI);
+        self.light_normal[index] = vec4(normal.x, normal.y, normal.z, 0.0);
+        self.light_radiance[index] = radiance;
+        self.emission[material] = radiance;
+        self.optics[material] = vec4(0.0, 0.0, 0.0, f64::from(kind.code()));
+        self.counts.x += 1;
+        Quad { material: count(material), ..quad }
+    }
+}
+
+fn walls_and_panes(scene: &Scene) -> Vec<Quad> {
+    let wall = |wall: Wall| {
+        let [a, b] = wall.ends_m.map(DVec2::from_array);
+        let v = DVec3::Z * scene.ceiling_m / 2.0;
+        let (center, u) = (a.midpoint(b).extend(scene.ceiling_m / 2.0), ((b - a) / 2.0).extend(0.0));
+        Quad { center, u, v, material: slot(scene, &scene.rooms[wall.room].walls), casts: true }
+    };
+    let pane = |pane: &Pane| Quad {
+        material: slot(scene, &pane.material),
+        casts: scene.materials.get(&pane.material).is_some_and(|material| material.transmission == 0.0),
+        ..Quad::upright(pane.center_m, pane.width_m, pane.height_m, pane.yaw_rad)
+    };
+    walls(scene).into_iter().map(wall).chain(scene.panes.iter().map(pane)).collect()
+}
+
+/// Everything that rays may meet, by its bounds.
+fn items(scene: &Scene, quads: &[Quad]) -> Vec<Item> {
+    let item = |table, index, casts, center: DVec3, reach: DVec3| Item {
+        table,
+        index,
+        casts,
+        low: center - reach,
+        high: center + reach,
+    };
+    let quads = quads.iter().enumerate();
+    let quads = quads.map(|(i, q)| item(Table::Quad, i, q.casts, q.center, q.u.abs() + q.v.abs()));
+    let boxes = scene.boxes.iter().enumerate().map(|(i, block)| {
+        let half = DVec3::from_array(block.size_m) / 2.0;
+        let (sine, cosine) = block.yaw_rad.sin_cos();
+        let (s, c) = (sine.abs(), cosine.abs());
+        let reach = DVec3::new(c * half.x + s * half.y, s * half.x + c * half.y, half.z);
+        item(Table::Box, i, true, DVec3::from_array(block.center_m), reach)
+    });
+    let cylinders = scene.cylinders.iter().enumerate().map(|(i, cylinder)| {
+        let reach = DVec3::new(cylinder.radius_m, cylinder.radius_m, cylinder.height_m / 2.0);
+        let center = DVec3::from_array(cylinder.base_m) + DVec3::Z * reach.z;
+        item(Table::Cylinder, i, true, center, reach)
+    });
+    quads.chain(boxes).chain(cylinders).collect()
+}
+
+fn light_of([r, g, b]: [f64; 3], infrared: f64) -> Vec4 {
+    vec4(r, g, b, infrared)
+}
+
+/// Number of a material: they are in order of their names.
+fn slot(scene: &Scene, name: &str) -> u32 {
+    count(scene.materials.keys().position(|known| known == name).unwrap_or(0))
+}

@@ -1,0 +1,40 @@
+//! Simulated recordings as files: MCAP, or a TUM RGB-D folder, both with ground truth.
+
+mod mcap;
+mod tum;
+
+use std::path::Path;
+
+pub use mcap::McapRecorder;
+pub use tum::TumRecorder;
+
+use super::frame::SimFrame;
+use super::scene::Scene;
+use crate::error::Result;
+use crate::frame::Grid;
+
+/// Takes simulated frames in their order.
+pub trait Recorder {
+    /// Appends a frame; `grid` and `cells` are the true map so far (see [`super::truth`]).
+    ///
+    /// # Errors
+    /// [`crate::Error::File`] or [`crate::Error::Encode`], both with the path.
+    fn write(&mut self, frame: &SimFrame, grid: &Grid, cells: &[i8]) -> Result<()>;
+
+    /// Completes the recording.
+    ///
+    /// # Errors
+    /// As for writing.
+    fn finish(&mut self) -> Result<()>;
+}
+
+/// An MCAP file where the name ends in `.mcap`, else a folder; `infrared`: with the two infrared images.
+///
+/// # Errors
+/// [`crate::Error::File`] where it cannot be created.
+pub fn recorder(path: &Path, scene: &Scene, infrared: bool) -> Result<Box<dyn Recorder>> {
+    if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("mcap")) {
+        return Ok(Box::new(McapRecorder::create(path, scene, infrared)?));
+    }
+    Ok(Box::new(TumRecorder::create(path, scene, infrared)?))
+}

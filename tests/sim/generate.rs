@@ -1,0 +1,85 @@
+//! Generated scenes: valid, repeatable, different by seed, level and family.
+
+use limpid::sim::generate::{Family, Level, Physics, generate, vary_sensor};
+use limpid::sim::{Scene, poses};
+
+const FRAMES: u32 = 40;
+
+fn scene(family: Family, level: Level, seed: u64) -> Scene {
+    generate(family, level, seed, FRAMES).unwrap()
+}
+
+#[test]
+fn scenes_are_valid_repeatable_and_survive_yaml() {
+    for family in [Family::Train, Family::HeldOut] {
+        for level in [Level::L0, Level::L1, Level::L2] {
+            for seed in 0..12 {
+                let scene = scene(family, level, seed);
+                scene.validate().unwrap();
+                assert_eq!(scene, self::scene(family, level, seed));
+                assert_eq!(Scene::from_yaml(&scene.to_yaml().unwrap()).unwrap(), scene);
+                assert!(scene.boxes.len() + scene.cylinders.len() >= 3, "{} is bare", scene.name);
+            }
+        }
+    }
+    let (a, b) = (scene(Family::Train, Level::L1, 1), scene(Family::Train, Level::L1, 2));
+    assert_ne!((a.rooms, a.boxes), (b.rooms, b.boxes));
+}
+
+#[test]
+fn the_way_keeps_to_the_spec() {
+    for seed in 0..10 {
+        let scene = scene(Family::Train, Level::L2, seed);
+        let poses = poses(&scene);
+        assert_eq!(poses.len(), FRAMES as usize);
+        for pair in poses.windows(2) {
+            let [a, b] = [0, 1].map(|i| pair[i].map_from_base);
+            assert!(a.translation_m.distance(b.translation_m) <= 0.04 + 1e-9);
+            assert!(a.rotation.angle_between(b.rotation) <= scene.trajectory.turn_rad + 1e-9);
+        }
+        assert!((0.25..0.40).contains(&scene.camera.pitch_rad));
+        assert!((0.35..0.60).contains(&scene.camera.height_m));
+        let travel = poses[0].map_from_base.translation_m;
+        assert!(poses.iter().any(|p| p.map_from_base.translation_m.distance(travel) > 0.1) || seed > 0);
+    }
+}
+
+#[test]
+fn levels_differ_in_light_and_gloss_alone() {
+    let physics = |level| Physics::of(level);
+    let (l0, l1, l2) = (physics(Level::L0), physics(Level::L1), physics(Level::L2));
+    assert!(l0.floor_reflectance == 0.0 && l0.window_infrared == 0.0 && !l0.glass);
+    assert!(l1.floor_reflectance < l2.floor_reflectance && l1.window_infrared < l2.window_infrared);
+    for seed in 0..6 {
+        let [a, b, c] = [Level::L0, Level::L1, Level::L2].map(|level| scene(Family::Train, level, seed));
+        assert!(a.windows.is_empty() && !b.windows.is_empty() && !c.windows.is_empty());
+        assert_eq!((&a.matcher, &a.imager), (&b.matcher, &b.imager));
+        assert_eq!((&b.matcher, &b.imager), (&c.matcher, &c.imager));
+    }
+    let glass = |seed| scene(Family::Train, Level::L2, seed).panes.iter().any(|p| p.material == "glass");
+    assert!((0..6).filter(|&seed| glass(seed)).count() >= 4);
+}
+
+#[test]
+fn families_share_no_material_but_glass_and_mirror_and_sensors_vary_by_seed() {
+    let (train, held) = (scene(Family::Train, Level::L1, 4), scene(Family::HeldOut, Level::L1, 4));
+    let common: Vec<_> =
+        train.materials.keys().filter(|name| held.materials.contains_key(*name)).cloned().collect();
+    assert_eq!(common, ["ceiling", "floor", "glass", "mirror", "walls"]);
+    assert_ne!(train.materials["floor"].pattern, held.materials["floor"].pattern);
+    let (mut a, mut b) = (train.clone(), train.clone());
+    vary_sensor(&mut a);
+    vary_sensor(&mut b);
+    assert_eq!(a, b);
+    a.validate().unwrap();
+    assert_ne!((&a.matcher, &a.imager), (&train.matcher, &train.imager));
+    b.seed = 5;
+    vary_sensor(&mut b);
+    assert_ne!(a.matcher, b.matcher);
+}
+
+#[test]
+fn a_way_that_is_too_long_is_refused() {
+    let error = generate(Family::Train, Level::L0, 1, 90_000).unwrap_err().to_string();
+    assert!(error.contains("`seed`") && error.contains("90000 frames"), "{error}");
+}
