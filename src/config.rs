@@ -5,6 +5,13 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Result};
+use crate::recording::points::ReturnCodes;
+use crate::recording::points::velodyne::Model;
+
+mod lidar;
+mod validate;
+
+pub use lidar::{InflationKernel, LayerMeasure, MAX_TALL_LAYERS, PlaneSource};
 
 /// Every parameter with its default, commented, as YAML.
 pub const EXAMPLE: &str = include_str!("../testdata/config/limpid.yaml");
@@ -127,6 +134,65 @@ pub struct Config {
     pub cost_scaling_factor: f64,
     /// Share of low-reliability pixels above which a frame is DEGRADED.
     pub degraded_fraction: f64,
+
+    /// Topic with lidar scans; empty: found by message type, packets before clouds.
+    pub scan_topic: String,
+    /// Model of a Velodyne sensor; none: from the packets.
+    pub velodyne_model: Option<Model>,
+    /// Meaning of the numbers in a cloud's `return_type` field.
+    pub return_codes: ReturnCodes,
+    /// Frame of the lidar; empty: the scan's own `frame_id`.
+    pub lidar_frame: String,
+    /// Topic with the robot's goal (`geometry_msgs/PoseStamped`); empty: none.
+    pub goal_topic: String,
+    /// The goal, x and y in the map frame, metres, until one comes on the topic; empty: straight ahead.
+    pub goal_m: Vec<f64>,
+    /// Side of the lidar map, metres.
+    pub scan_map_size_m: f64,
+    /// g: side of a cell of the lidar map, metres.
+    pub scan_resolution_m: f64,
+    /// Whether the points of a revolution are placed by the pose at their own times.
+    pub deskew: bool,
+    /// R: intensity of full scale, in the sensor's unit; 0: `intensity_percentile` of the first scan.
+    pub intensity_full_scale: f64,
+    /// Percentile of the first scan's intensities that is taken as full scale.
+    pub intensity_percentile: f64,
+    /// Bounds of the tall layers above the sensor, ascending, metres: one layer between two.
+    pub layer_heights_m: Vec<f64>,
+    /// Where the planes z = 0 and z = -epsilon come from.
+    pub plane_source: PlaneSource,
+    /// epsilon: depth of the lower plane below the sensor where slabs are taken, metres.
+    pub plane_below_m: f64,
+    /// Half the thickness of these slabs, metres.
+    pub plane_half_thickness_m: f64,
+    /// What a layer's value is made of.
+    pub layer_measure: LayerMeasure,
+    /// Angle between two firings, degrees, for the expected number of beams.
+    pub azimuth_step_deg: f64,
+    /// Angle between two rings, degrees, for the same.
+    pub elevation_step_deg: f64,
+    /// The lowest and the highest ring, degrees above the horizontal, for the same.
+    pub elevation_range_deg: [f64; 2],
+    /// Returns under which a cell stays undecided (unknown).
+    pub min_returns: u32,
+    /// Gamma: a cell none of whose layers is above it is passable; in the unit of `layer_measure`.
+    pub gamma: f64,
+    /// Excess of the plane z = 0 over the plane below it from which a cell counts as transparent; same unit.
+    pub transparent_threshold: f64,
+    /// Time in which a transparent cell's value falls to 1/e, seconds; 0: never.
+    pub transparent_decay_s: f64,
+    /// Share of full scale from which a return clears the transparent cells before it; 0: never.
+    pub transparent_clear: f64,
+    /// Shape of the inflation of solid and transparent cells.
+    pub inflation_kernel: InflationKernel,
+    /// How far it reaches, metres.
+    pub inflation_length_m: f64,
+    /// Cells on each side of the line along the goal's direction.
+    pub inflation_padding_cells: u32,
+    /// How far it reaches in all other directions, metres.
+    pub inflation_side_m: f64,
+    /// Cost of a passable cell, 0 to 252.
+    pub passable_cost: u32,
 }
 
 impl Default for Config {
@@ -172,6 +238,35 @@ impl Default for Config {
             inscribed_radius_m: 0.1,
             cost_scaling_factor: 10.0,
             degraded_fraction: 0.5,
+            scan_topic: String::new(),
+            velodyne_model: None,
+            return_codes: ReturnCodes::FirstLast,
+            lidar_frame: String::new(),
+            goal_topic: String::new(),
+            goal_m: Vec::new(),
+            scan_map_size_m: 20.0,
+            scan_resolution_m: 0.1,
+            deskew: true,
+            intensity_full_scale: 255.0,
+            intensity_percentile: 99.0,
+            layer_heights_m: vec![-0.5, 0.0, 0.5],
+            plane_source: PlaneSource::Auto,
+            plane_below_m: 0.15,
+            plane_half_thickness_m: 0.05,
+            layer_measure: LayerMeasure::Mean,
+            azimuth_step_deg: 0.0,
+            elevation_step_deg: 0.0,
+            elevation_range_deg: [0.0, 0.0],
+            min_returns: 1,
+            gamma: 0.5,
+            transparent_threshold: 0.1,
+            transparent_decay_s: 0.0,
+            transparent_clear: 0.0,
+            inflation_kernel: InflationKernel::Adaptive,
+            inflation_length_m: 0.8,
+            inflation_padding_cells: 1,
+            inflation_side_m: 0.2,
+            passable_cost: 50,
         }
     }
 }
@@ -224,127 +319,24 @@ impl Config {
     /// # Errors
     /// [`Error::Config`] where size and resolution give fewer than 8 or more than 4096 cells.
     pub fn cells_per_side(&self) -> Result<u32> {
-        let cells = (self.map_size_m / self.resolution_m).round();
-        if !(8.0..=4096.0).contains(&cells) {
-            return Err(bad_key(
-                "map_size_m",
-                format!(
-                    "{} m at {} m a cell gives {cells} cells a side; 8 to 4096 are supported",
-                    self.map_size_m, self.resolution_m
-                ),
-            ));
-        }
-        #[expect(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "checked to lie in 8..=4096"
-        )]
-        Ok(cells as u32)
-    }
-
-    /// Checks every value and their relations.
-    ///
-    /// # Errors
-    /// [`Error::Config`] for the first key at fault.
-    pub fn validate(&self) -> Result<()> {
-        self.positive()?;
-        self.shares()?;
-        self.orders()?;
-        self.counts()?;
-        if self.inflation_radius_m > 254.0 * self.resolution_m {
-            let largest = 254.0 * self.resolution_m;
-            return Err(bad_key("inflation_radius_m", format!("is above 254 cells ({largest} m)")));
-        }
-        self.cells_per_side().map(|_| ())
-    }
-
-    fn positive(&self) -> Result<()> {
-        for (key, value) in [
-            ("resolution_m", self.resolution_m),
-            ("map_size_m", self.map_size_m),
-            ("depth_unit_m", self.depth_unit_m),
-            ("depth_max_m", self.depth_max_m),
-            ("range_gate_m", self.range_gate_m),
-            ("mark_range_m", self.mark_range_m),
-            ("cost_scaling_factor", self.cost_scaling_factor),
-        ] {
-            if !(value.is_finite() && value > 0.0) {
-                return Err(bad_key(key, format!("{value} is not a positive number")));
-            }
-        }
-        for (key, value) in [
-            ("pair_tolerance_s", self.pair_tolerance_s),
-            ("transform_tolerance_s", self.transform_tolerance_s),
-            ("depth_min_m", self.depth_min_m),
-            ("inflation_radius_m", self.inflation_radius_m),
-            ("inscribed_radius_m", self.inscribed_radius_m),
-        ] {
-            if !(value.is_finite() && value >= 0.0) {
-                return Err(bad_key(key, format!("{value} is not a number from 0 up")));
-            }
-        }
-        if !self.ground_z_m.is_finite() {
-            return Err(bad_key("ground_z_m", format!("{} is not finite", self.ground_z_m)));
-        }
-        Ok(())
-    }
-
-    fn shares(&self) -> Result<()> {
-        for (key, value) in [
-            ("tau", self.tau),
-            ("lambda", self.lambda),
-            ("occupied_threshold", self.occupied_threshold),
-            ("free_threshold", self.free_threshold),
-            ("degraded_fraction", self.degraded_fraction),
-        ] {
-            if !(0.0..=1.0).contains(&value) {
-                return Err(bad_key(key, format!("{value} is not in [0, 1]")));
-            }
-        }
-        Ok(())
-    }
-
-    fn orders(&self) -> Result<()> {
-        for (low_key, low, high_key, high) in [
-            ("height_min_m", self.height_min_m, "height_max_m", self.height_max_m),
-            ("depth_min_m", self.depth_min_m, "depth_max_m", self.depth_max_m),
-            ("depth_min_m", self.depth_min_m, "range_gate_m", self.range_gate_m),
-        ] {
-            if low.partial_cmp(&high) != Some(std::cmp::Ordering::Less) {
-                return Err(bad_key(low_key, format!("{low} is not below `{high_key}` = {high}")));
-            }
-        }
-        if self.free_threshold > self.occupied_threshold {
-            return Err(bad_key(
-                "free_threshold",
-                "is above `occupied_threshold`: the hysteresis would never settle".into(),
-            ));
-        }
-        if self.inscribed_radius_m > self.inflation_radius_m {
-            return Err(bad_key(
-                "inscribed_radius_m",
-                "is above `inflation_radius_m`: the robot would be larger than its safety margin".into(),
-            ));
-        }
-        Ok(())
-    }
-
-    fn counts(&self) -> Result<()> {
-        for (key, value, max) in [
-            ("confirmations", self.confirmations, 200),
-            ("min_hits", self.min_hits, 1_000_000),
-            ("temporal_window", self.temporal_window, 16),
-            ("temporal_hits", self.temporal_hits, self.temporal_window),
-        ] {
-            if !(1..=max).contains(&value) {
-                return Err(bad_key(key, format!("{value} is not in 1..={max}")));
-            }
-        }
-        Ok(())
+        cells("map_size_m", self.map_size_m, self.resolution_m)
     }
 }
 
-fn bad_key(key: &str, reason: String) -> Error {
+/// Cells of `resolution_m` along `size_m`.
+fn cells(key: &str, size_m: f64, resolution_m: f64) -> Result<u32> {
+    let cells = (size_m / resolution_m).round();
+    if !(8.0..=4096.0).contains(&cells) {
+        let reason = format!(
+            "{size_m} m at {resolution_m} m a cell gives {cells} cells a side; 8 to 4096 are supported"
+        );
+        return Err(bad_key(key, reason));
+    }
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "checked to lie in 8..=4096")]
+    Ok(cells as u32)
+}
+
+pub(crate) fn bad_key(key: &str, reason: String) -> Error {
     Error::Config { key: key.into(), reason }
 }
 

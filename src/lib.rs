@@ -7,6 +7,7 @@ pub mod error;
 pub mod frame;
 pub mod geometry;
 pub mod gpu;
+pub mod lidar;
 pub mod network;
 pub mod pipeline;
 mod receive;

@@ -98,7 +98,8 @@ impl Pipeline {
             self.recalibrate(frame)?;
         }
         let base = pose.map_from_base.translation_m;
-        let window = Window::around(base.x, base.y, &self.job.config, self.job.side(), self.window);
+        let resolution_m = self.job.config.resolution_m;
+        let window = Window::around(base.x, base.y, resolution_m, self.job.side(), self.window);
         let since_last_s = self.last_stamp_ns.map(|last| seconds_between(last, frame.depth.stamp_ns));
         let map_from_camera = pose.map_from_base.then(pose.base_from_camera);
         let moment = Moment::new(&self.job, frame, window, map_from_camera, since_last_s);
@@ -109,7 +110,7 @@ impl Pipeline {
         input.submit()?;
         self.window = Some(window);
         self.last_stamp_ns = Some(frame.depth.stamp_ns);
-        self.pending.push_back(Pending::new(frame, pose, window.grid(&self.job.config, self.job.side())));
+        self.pending.push_back(Pending::new(frame, pose, window.grid(resolution_m, self.job.side())));
         Ok(())
     }
 

@@ -5,6 +5,7 @@
 
 mod cli;
 mod config;
+mod lidar;
 mod map;
 mod network;
 mod plan;

@@ -10,6 +10,7 @@ use limpid::gpu::{Context, Executor, Shader, ShaderSource};
 use limpid::network::{Backend, all_kernels};
 use limpid::stage::drm::Drm;
 use limpid::stage::{Job, back_project, inflate, ingest, move_window, register_color};
+use limpid::stage::{goal_inflation, intensity_classes, intensity_layers, plan_map, scan_window};
 use limpid::stage::{see_through, spatial_median, tally, update, weigh};
 use limpid::weights::Network;
 use limpid::{Error, pipeline};
@@ -20,7 +21,7 @@ use crate::support::gpu::skipped;
 use crate::support::run::{open, step};
 use crate::support::scene::{Scene, pose};
 
-const PIPELINE: [ShaderSource; 14] = [
+const PIPELINE: [ShaderSource; 19] = [
     back_project::BACK_PROJECT,
     inflate::PACK,
     inflate::ROWS,
@@ -35,6 +36,11 @@ const PIPELINE: [ShaderSource; 14] = [
     update::UPDATE,
     tally::TALLY,
     weigh::WEIGH,
+    scan_window::SCAN_WINDOW,
+    intensity_layers::INTENSITY_LAYERS,
+    intensity_classes::INTENSITY_CLASSES,
+    goal_inflation::GOAL_INFLATION,
+    plan_map::PLAN_MAP,
 ];
 
 /// The passes of the pipeline and of the simulated camera.
@@ -71,6 +77,18 @@ fn jobs() -> Vec<Job> {
     ]
 }
 
+/// A job of the lidar path.
+fn scan_job() -> limpid::lidar::ScanJob {
+    limpid::lidar::ScanJob {
+        config: Config::default(),
+        capacity: 1000,
+        full_scale: 255.0,
+        plane_rings: None,
+        deskew: true,
+        layers: true,
+    }
+}
+
 #[test]
 fn every_shader_parses_and_every_file_is_reached() {
     for source in all() {
@@ -94,6 +112,8 @@ fn every_pass_is_in_a_plan_that_fits() {
     let mut plans: Vec<_> =
         jobs().iter().map(|job| pipeline::plan(job, &pipeline::stages(job)).unwrap()).collect();
     plans.push(limpid::sim::simulator::plan(&small_room()).unwrap());
+    let scans = scan_job();
+    plans.push(limpid::lidar::pipeline::plan(&scans, &limpid::lidar::pipeline::stages(&scans)).unwrap());
     for source in all() {
         let used = plans.iter().flat_map(|plan| plan.steps()).any(|step| step.shader.name == source.name);
         assert!(used, "`{}` is in no plan", source.name);

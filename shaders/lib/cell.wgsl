@@ -45,10 +45,3 @@ fn height_to_steps(height_above_min_m: f32) -> u32 {
 fn steps_to_height(steps: u32) -> f32 {
     return f32(steps - FLOOR - 1u) / HEIGHT_STEPS_PER_M;
 }
-
-// Where window cell (x, y) lies in the ring buffer of kept cells.
-fn slot_of(x: u32, y: u32, origin_slot_x: u32, origin_slot_y: u32, side: u32) -> u32 {
-    let sx = x + origin_slot_x;
-    let sy = y + origin_slot_y;
-    return select(sy, sy - side, sy >= side) * side + select(sx, sx - side, sx >= side);
-}

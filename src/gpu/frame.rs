@@ -125,6 +125,26 @@ impl Executor {
         self.context.check("clearing the map")
     }
 
+    /// Takes over what is kept from frame to frame from another executor on the same device: every buffer of the
+    /// same name and size.
+    ///
+    /// # Errors
+    /// [`Error::Gpu`], [`Error::DeviceLost`].
+    pub fn take_state(&mut self, before: &Self) -> Result<()> {
+        let mut encoder = self.context.device.create_command_encoder(&Default::default());
+        for (id, buffer) in self.plan.buffers().iter().enumerate().filter(|(_, b)| b.role == Role::State) {
+            let Some(old) = before.plan.find(&buffer.name) else { continue };
+            if before.plan.buffers()[old.0].bytes == buffer.bytes {
+                let [to, from] = [self.layout.places[id], before.layout.places[old.0]];
+                let source = &before.memory.buffers[from.arena];
+                let target = &self.memory.buffers[to.arena];
+                encoder.copy_buffer_to_buffer(source, from.offset, target, to.offset, Some(buffer.bytes));
+            }
+        }
+        self.context.queue.submit([encoder.finish()]);
+        self.context.check("keeping the map")
+    }
+
     /// Replaces the content of a fixed buffer, from the next frame on.
     ///
     /// # Errors

@@ -3,10 +3,15 @@
 
 pub mod back_project;
 pub mod drm;
+pub mod goal_inflation;
 pub mod inflate;
 pub mod ingest;
+pub mod intensity_classes;
+pub mod intensity_layers;
 pub mod move_window;
+pub mod plan_map;
 pub mod register_color;
+pub mod scan_window;
 pub mod see_through;
 pub mod spatial_median;
 pub mod tally;
@@ -108,9 +113,9 @@ pub struct Window {
 
 impl Window {
     /// Centred on (`x_m`, `y_m`) by whole cells; `before` is the window of the frame before.
-    pub fn around(x_m: f64, y_m: f64, config: &Config, side: u32, before: Option<Self>) -> Self {
+    pub fn around(x_m: f64, y_m: f64, resolution_m: f64, side: u32, before: Option<Self>) -> Self {
         #[expect(clippy::cast_possible_truncation, reason = "saturates for positions beyond any map")]
-        let cell = |at_m: f64| (at_m / config.resolution_m).floor() as i64;
+        let cell = |at_m: f64| (at_m / resolution_m).floor() as i64;
         let half = i64::from(side / 2);
         let origin = [cell(x_m).saturating_sub(half), cell(y_m).saturating_sub(half)];
         let limit = i64::from(side);
@@ -129,13 +134,13 @@ impl Window {
     }
 
     /// Its geometry in the map.
-    pub fn grid(&self, config: &Config, side: u32) -> Grid {
+    pub fn grid(&self, resolution_m: f64, side: u32) -> Grid {
         #[expect(clippy::cast_precision_loss, reason = "cells of any real map fit in 53 bits")]
-        let metres = |cell: i64| cell as f64 * config.resolution_m;
+        let metres = |cell: i64| cell as f64 * resolution_m;
         Grid {
             origin_x_m: metres(self.origin[0]),
             origin_y_m: metres(self.origin[1]),
-            resolution_m: config.resolution_m,
+            resolution_m,
             width: side,
             height: side,
         }
@@ -166,7 +171,7 @@ impl<'a> Moment<'a> {
         map_from_camera: Rigid,
         since_last_s: Option<f64>,
     ) -> Self {
-        let grid = window.grid(&job.config, job.side());
+        let grid = window.grid(job.config.resolution_m, job.side());
         let origin_m = DVec3::new(grid.origin_x_m, grid.origin_y_m, job.config.ground_z_m);
         let translation_m = map_from_camera.translation_m - origin_m;
         let window_from_camera = Rigid { translation_m, ..map_from_camera };

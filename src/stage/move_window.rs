@@ -9,6 +9,7 @@ pub const MOVE_WINDOW: ShaderSource = ShaderSource {
     name: "move_window",
     parts: &[
         include_str!("../../shaders/lib/cell.wgsl"),
+        include_str!("../../shaders/lib/slot.wgsl"),
         include_str!("../../shaders/lib/counters.wgsl"),
         include_str!("../../shaders/move_window.wgsl"),
     ],

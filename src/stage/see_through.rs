@@ -28,6 +28,7 @@ pub const GATHER: ShaderSource = ShaderSource {
     parts: &[
         include_str!("../../shaders/lib/cell.wgsl"),
         include_str!("../../shaders/lib/lens.wgsl"),
+        include_str!("../../shaders/lib/slot.wgsl"),
         include_str!("../../shaders/lib/tile.wgsl"),
         include_str!("../../shaders/lib/weight.wgsl"),
         include_str!("../../shaders/see_through/gather.wgsl"),

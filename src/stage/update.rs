@@ -10,6 +10,7 @@ pub const UPDATE: ShaderSource = ShaderSource {
     name: "update",
     parts: &[
         include_str!("../../shaders/lib/cell.wgsl"),
+        include_str!("../../shaders/lib/slot.wgsl"),
         include_str!("../../shaders/lib/weight.wgsl"),
         include_str!("../../shaders/update.wgsl"),
     ],

@@ -89,7 +89,7 @@ fn twin_on_a_random_walk() {
     let mut kept = Kept::<[u32; 4]>::default();
     let (mut x_m, mut y_m, mut last) = (0.3, -0.2, None);
     for _ in 0..12 {
-        let now = Window::around(x_m, y_m, &config, SIDE, last);
+        let now = Window::around(x_m, y_m, config.resolution_m, SIDE, last);
         ring = moved(SIDE, now, &ring);
         kept.move_to(now.origin, i64::from(SIDE));
         for y in now.origin[1]..now.origin[1] + i64::from(SIDE) {
@@ -109,7 +109,7 @@ fn twin_on_a_random_walk() {
 #[test]
 fn the_window_is_centred_by_whole_cells_and_saturates() {
     let config = Config::default();
-    let at = |x, y, before| Window::around(x, y, &config, 240, before);
+    let at = |x, y, before| Window::around(x, y, config.resolution_m, 240, before);
     assert_eq!(at(0.0, -0.001, None), Window { origin: [-120, -121], shift: [0, 0], forget: true });
     let first = at(0.0, 0.0, None);
     assert_eq!(at(0.049, 0.051, Some(first)).shift, [0, 1]);

@@ -11,6 +11,7 @@ pub(crate) mod random;
 pub(crate) mod room;
 pub(crate) mod run;
 pub(crate) mod sample;
+pub(crate) mod scan;
 pub(crate) mod scene;
 
 /// Writes a line to standard error past libtest's capture.

@@ -51,7 +51,10 @@ impl Strength {
 }
 
 /// How a cloud's `return_type` numbers returns; drivers do not agree.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, clap::ValueEnum)]
+#[derive(
+    Debug, Clone, Copy, Default, PartialEq, Eq, clap::ValueEnum, serde::Serialize, serde::Deserialize,
+)]
+#[serde(rename_all = "kebab-case")]
 pub enum ReturnCodes {
     /// 0 single, 1 first, 2 last, 3 both, 4 strongest or second strongest: the numbers of [`ReturnType`].
     #[default]

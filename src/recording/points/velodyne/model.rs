@@ -3,11 +3,13 @@
 use super::packet::{BLOCKS, CHANNELS, TURN};
 
 /// The sensors whose packets are decoded.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Model {
     /// VLP-16 and Puck LITE: 16 lasers, 30 degrees.
     Vlp16,
     /// Puck Hi-Res: as VLP-16 with 20 degrees.
+    #[serde(rename = "puck-hi-res")]
     PuckHiRes,
     /// HDL-32E: 32 lasers, 41.3 degrees.
     Hdl32e,

@@ -1,0 +1,41 @@
+// Spreads solid and transparent cells over the cells that the kernel reaches from them: Eq. 10 as a scatter.
+// spec 2 §4 (Eq. 8-10 of the paper).
+struct GoalInflationParams {
+    side: u32,
+    taps: u32,          // cells of the kernel
+    inscribed: u32,     // how many of them, the first ones, lie within the robot's inscribed radius
+    pad: u32,
+}
+
+@group(0) @binding(0) var<uniform> goal_inflation_params: GoalInflationParams;
+@group(0) @binding(1) var<storage, read> strength: array<u32>;
+@group(0) @binding(2) var<storage, read> kernel_taps: array<u32>;
+@group(0) @binding(3) var<storage, read_write> inflation: array<atomic<u32>>;
+
+// Taps are two signed bytes, moved up by 128: x in bits 0-7, y in bits 8-15.
+const TAP_ZERO = 128u;
+
+@compute @workgroup_size(64)
+fn goal_inflation(@builtin(global_invocation_id) id: vec3<u32>) {
+    let side = goal_inflation_params.side;
+    if id.x >= side * side {
+        return;
+    }
+    let amount = strength[id.x];
+    let x = id.x % side;
+    let y = id.x / side;
+    let taps = select(0u, goal_inflation_params.taps, amount > 0u);
+    for (var tap = 0u; tap < taps; tap++) {
+        let packed = kernel_taps[tap];
+        // Below 0 these wrap to large numbers, which are out of the map too.
+        let to_x = x + (packed & 0xffu) - TAP_ZERO;
+        let to_y = y + ((packed >> 8u) & 0xffu) - TAP_ZERO;
+        if to_x < side && to_y < side {
+            let word = 2u * (to_y * side + to_x);
+            atomicAdd(&inflation[word], amount);
+            if tap < goal_inflation_params.inscribed {
+                atomicOr(&inflation[word + 1u], 1u);
+            }
+        }
+    }
+}

@@ -1,0 +1,152 @@
+// Classifies every cell by its layers, and joins what glass there is with what was remembered.
+// spec 2 §3 (Eq. 3-7 of the paper): solid, passable, transparent, free, unknown.
+struct IntensityClassesParams {
+    heights: array<vec4<f32>, 5>,   // bounds of the tall layers, ascending, above the lidar
+    lidar: vec2<f32>,               // the lidar in the window, metres
+    side: u32,
+    tall: u32,                      // tall layers; the planes follow
+    origin_slot_x: u32,
+    origin_slot_y: u32,
+    resolution_m: f32,
+    gamma: f32,
+    transparent_threshold: f32,
+    solid_value: f32,               // value of a layer that counts fully
+    keep_share: f32,                // share of a remembered value that is kept
+    min_returns: u32,
+    rays_per_rad: f32,              // firings per radian of azimuth, for the expected number of beams
+    rings_per_rad: f32,             // rings per radian of elevation
+    elevation_low: f32,             // radians
+    elevation_high: f32,
+}
+
+// What a layer's value is: 0 the paper's sum over the area, 1 the mean, 2 the sum over the expected number of beams.
+override measure: u32 = 1u;
+// Whether returns of high intensity clear remembered glass before them.
+override clearing: bool = false;
+// Whether the layers' values are kept for the host.
+override keep_layers: bool = true;
+
+@group(0) @binding(0) var<uniform> intensity_classes_params: IntensityClassesParams;
+@group(0) @binding(1) var<storage, read> layer_sums: array<vec2<u32>>;
+@group(0) @binding(2) var<storage, read> sector_range: array<vec2<u32>>;
+@group(0) @binding(3) var<storage, read_write> remembered: array<u32>;
+@group(0) @binding(4) var<storage, read_write> cell_class: array<u32>;
+@group(0) @binding(5) var<storage, read_write> strength: array<u32>;
+@group(0) @binding(6) var<storage, read_write> obstacle_value: array<f32>;
+@group(0) @binding(7) var<storage, read_write> layer_values: array<f32>;
+
+fn height(bound: u32) -> f32 {
+    return intensity_classes_params.heights[bound / 4u][bound % 4u];
+}
+
+// Beams that a wall at that range would return into a layer: firings across the cell times rings within its heights.
+fn expected_beams(range: f32, layer: u32) -> f32 {
+    let away = max(range, 0.5 * intensity_classes_params.resolution_m);
+    let across = intensity_classes_params.resolution_m / away * intensity_classes_params.rays_per_rad;
+    if layer >= intensity_classes_params.tall {
+        return max(across, 1.0);
+    }
+    let low = max(atan2(height(layer), away), intensity_classes_params.elevation_low);
+    let high = min(atan2(height(layer + 1u), away), intensity_classes_params.elevation_high);
+    return max(across * max(high - low, 0.0) * intensity_classes_params.rings_per_rad, 1.0);
+}
+
+// Value of a layer in a cell at that range of the lidar.
+fn value_of(sums: vec2<u32>, layer: u32, range: f32) -> f32 {
+    let sum = f32(sums.x) / INTENSITY_STEPS;
+    if measure == 0u {
+        return sum / (intensity_classes_params.resolution_m * intensity_classes_params.resolution_m);
+    }
+    if measure == 1u {
+        return sum / f32(max(sums.y, 1u));
+    }
+    return sum / expected_beams(range, layer);
+}
+
+// A value as a share of that of a solid cell, in fixed point.
+fn steps_of(value: f32) -> u32 {
+    return u32(clamp(value / intensity_classes_params.solid_value, 0.0, 1.0) * INTENSITY_STEPS + 0.5);
+}
+
+struct Values {
+    tall: f32,      // largest of the tall layers
+    plane: f32,
+    below: f32,
+    returns: u32,
+}
+
+fn read_layers(cell: u32, range: f32) -> Values {
+    let tall = intensity_classes_params.tall;
+    let cells = intensity_classes_params.side * intensity_classes_params.side;
+    var values = Values(0.0, 0.0, 0.0, 0u);
+    var plane_returns = 0u;
+    for (var layer = 0u; layer < tall + 2u; layer++) {
+        let sums = layer_sums[cell * (tall + 2u) + layer];
+        let value = value_of(sums, layer, range);
+        if keep_layers {
+            layer_values[layer * cells + cell] = value;
+        }
+        if layer < tall {
+            values.tall = max(values.tall, value);
+            values.returns += sums.y;
+        } else if layer == tall {
+            values.plane = value;
+            plane_returns = sums.y;
+        } else {
+            values.below = value;
+        }
+    }
+    values.returns = max(values.returns, plane_returns);
+    return values;
+}
+
+// Eq. 6-7: what was remembered, joined with what the horizontal plane alone saw now.
+fn join_memory(slot: u32, seen_now: u32, cleared: bool) -> u32 {
+    let kept = u32(f32(remembered[slot]) * intensity_classes_params.keep_share);
+    let joined = max(select(kept, 0u, cleared), seen_now);
+    remembered[slot] = joined;
+    return joined;
+}
+
+@compute @workgroup_size(64)
+fn intensity_classes(@builtin(global_invocation_id) id: vec3<u32>) {
+    let side = intensity_classes_params.side;
+    if id.x >= side * side {
+        return;
+    }
+    let x = id.x % side;
+    let y = id.x / side;
+    let centre = (vec2(f32(x), f32(y)) + 0.5) * intensity_classes_params.resolution_m - intensity_classes_params.lidar;
+    let range = length(centre);
+    let values = read_layers(id.x, range);
+    let sector = sector_range[sector_of(centre.x, centre.y)];
+    let behind = u32((range + intensity_classes_params.resolution_m) * SECTOR_STEPS_PER_M);
+
+    let value = max(values.tall, values.plane);
+    let decided = values.returns >= intensity_classes_params.min_returns;
+    let solid = decided && value > intensity_classes_params.gamma;
+    let excess = max(values.plane - values.below, 0.0);
+    let glass = decided && excess > intensity_classes_params.transparent_threshold
+        && !(values.tall > intensity_classes_params.gamma);
+    let seen_now = select(0u, max(steps_of(excess), 1u), glass);
+    let cleared = clearing && values.returns == 0u && sector.y > behind;
+    let slot = slot_of(x, y, intensity_classes_params.origin_slot_x, intensity_classes_params.origin_slot_y, side);
+    let glass_steps = join_memory(slot, seen_now, cleared);
+
+    var class = UNKNOWN;
+    if values.returns == 0u && sector.x > behind {
+        class = FREE;
+    }
+    if decided {
+        class = PASSABLE;
+    }
+    if glass_steps > 0u {
+        class = TRANSPARENT;
+    }
+    if solid {
+        class = SOLID;
+    }
+    cell_class[id.x] = class | (glass_steps << 8u);
+    strength[id.x] = max(glass_steps, select(0u, max(steps_of(value), 1u), solid));
+    obstacle_value[id.x] = select(0.0, value, decided);
+}

@@ -1,0 +1,152 @@
+// Adds the intensity of every point to the layers that its height lies in, and its reach to the sector of its beam.
+// spec 2 §2 (Eq. 1-2 of the paper), §3 (a cell is free only where a beam crossed it).
+struct IntensityLayersParams {
+    window_from_lidar_x: vec4<f32>,     // at the first point's time where deskewed
+    window_from_lidar_y: vec4<f32>,
+    window_from_lidar_z: vec4<f32>,     // z = 0 is the lidar's height
+    turn_axis: vec4<f32>,               // in the lidar's frame; w: angle from the first point to the last, radians
+    turn_way: vec4<f32>,                // metres from the first point to the last; w: 1 / its duration, 1/s
+    heights: array<vec4<f32>, 5>,       // bounds of the tall layers, ascending
+    lidar: vec2<f32>,                   // the lidar in the window at the stamp, metres
+    first_s: f32,                       // time of the first point
+    points: u32,
+    side: u32,
+    resolution_m: f32,
+    tall: u32,                          // tall layers; the planes follow
+    per_unit: f32,                      // 1 / full scale of intensities
+    plane_ring: u32,                    // rings of the planes z = 0 and z = -epsilon
+    below_ring: u32,
+    below_m: f32,                       // height of the lower plane, for slabs
+    half_thickness_m: f32,
+    clear_steps: u32,                   // intensity from which a return clears transparent cells before it
+    pad0: u32,
+    pad1: u32,
+    pad2: u32,
+}
+
+// Whether points are placed by the pose at their own times.
+override deskewed: bool = false;
+// Whether the planes are rings; else slabs.
+override ringed: bool = true;
+
+@group(0) @binding(0) var<uniform> intensity_layers_params: IntensityLayersParams;
+@group(0) @binding(1) var<storage, read> points: array<vec4<u32>>;
+@group(0) @binding(2) var<storage, read_write> layer_sums: array<atomic<u32>>;
+@group(0) @binding(3) var<storage, read_write> sector_range: array<atomic<u32>>;
+
+fn height(bound: u32) -> f32 {
+    return intensity_layers_params.heights[bound / 4u][bound % 4u];
+}
+
+// Rodrigues' rotation of a point of the lidar at its share of the turn.
+fn turned(point: vec3<f32>, share: f32) -> vec3<f32> {
+    let axis = intensity_layers_params.turn_axis.xyz;
+    let angle = intensity_layers_params.turn_axis.w * share;
+    let c = cos(angle);
+    return point * c + cross(axis, point) * sin(angle) + axis * (dot(axis, point) * (1.0 - c));
+}
+
+fn in_window(first: vec4<u32>, time_s: f32) -> vec3<f32> {
+    var point = vec3(bitcast<f32>(first.x), bitcast<f32>(first.y), bitcast<f32>(first.z));
+    var way = vec3(0.0);
+    if deskewed {
+        let share = clamp((time_s - intensity_layers_params.first_s) * intensity_layers_params.turn_way.w, 0.0, 1.0);
+        point = turned(point, share);
+        way = intensity_layers_params.turn_way.xyz * share;
+    }
+    let at = vec4(point, 1.0);
+    return way + vec3(
+        dot(intensity_layers_params.window_from_lidar_x, at),
+        dot(intensity_layers_params.window_from_lidar_y, at),
+        dot(intensity_layers_params.window_from_lidar_z, at),
+    );
+}
+
+// The tall layer of a height; the number of tall layers where there is none. The last one's upper bound belongs to it.
+fn tall_layer(z: f32) -> u32 {
+    let tall = intensity_layers_params.tall;
+    var found = tall;
+    for (var layer = 0u; layer < tall; layer++) {
+        let low = height(layer);
+        let high = height(layer + 1u);
+        if z >= low && (z < high || (z == high && layer + 1u == tall)) {
+            found = layer;
+        }
+    }
+    return found;
+}
+
+fn add(cell: u32, layer: u32, intensity: u32) {
+    let word = 2u * (cell * (intensity_layers_params.tall + 2u) + layer);
+    atomicAdd(&layer_sums[word], intensity);
+    atomicAdd(&layer_sums[word + 1u], 1u);
+}
+
+// How far out the beam stayed between the lowest and the highest layer, as seen from the lidar.
+fn reach(range: f32, z: f32) -> f32 {
+    let low = height(0u);
+    let high = height(intensity_layers_params.tall);
+    if z > high {
+        return range * high / z;
+    }
+    if z < low {
+        return range * low / z;
+    }
+    return range;
+}
+
+fn add_to_layers(at: vec3<f32>, ring: u32, intensity: u32) {
+    let column = at.x / intensity_layers_params.resolution_m;
+    let row = at.y / intensity_layers_params.resolution_m;
+    let side = intensity_layers_params.side;
+    if !(column >= 0.0 && row >= 0.0 && column < f32(side) && row < f32(side)) {
+        return;
+    }
+    let cell = min(u32(row), side - 1u) * side + min(u32(column), side - 1u);
+    let tall = intensity_layers_params.tall;
+    let layer = tall_layer(at.z);
+    if layer < tall {
+        add(cell, layer, intensity);
+    }
+    var in_plane = ring == intensity_layers_params.plane_ring;
+    var in_below = ring == intensity_layers_params.below_ring;
+    if !ringed {
+        in_plane = abs(at.z) <= intensity_layers_params.half_thickness_m;
+        in_below = abs(at.z - intensity_layers_params.below_m) <= intensity_layers_params.half_thickness_m;
+    }
+    if in_plane {
+        add(cell, tall, intensity);
+    }
+    if in_below {
+        add(cell, tall + 1u, intensity);
+    }
+}
+
+fn all_finite(first: vec4<u32>, time_s: f32) -> bool {
+    return is_finite(bitcast<f32>(first.x)) && is_finite(bitcast<f32>(first.y)) && is_finite(bitcast<f32>(first.z))
+        && is_finite(bitcast<f32>(first.w)) && is_finite(time_s);
+}
+
+@compute @workgroup_size(64)
+fn intensity_layers(@builtin(global_invocation_id) id: vec3<u32>) {
+    if id.x >= intensity_layers_params.points {
+        return;
+    }
+    let first = points[2u * id.x];
+    let second = points[2u * id.x + 1u];
+    let time_s = bitcast<f32>(second.x);
+    if !all_finite(first, time_s) {
+        return;
+    }
+    let at = in_window(first, time_s);
+    let share = clamp(bitcast<f32>(first.w) * intensity_layers_params.per_unit, 0.0, 1.0);
+    let intensity = u32(share * INTENSITY_STEPS + 0.5);
+    add_to_layers(at, second.y & 0xffffu, intensity);
+    let seen = at.xy - intensity_layers_params.lidar;
+    let sector = 2u * sector_of(seen.x, seen.y);
+    let range = u32(clamp(reach(length(seen), at.z), 0.0, 4.0e6) * SECTOR_STEPS_PER_M);
+    atomicMax(&sector_range[sector], range);
+    if intensity >= intensity_layers_params.clear_steps {
+        atomicMax(&sector_range[sector + 1u], range);
+    }
+}

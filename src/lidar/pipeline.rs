@@ -1,0 +1,179 @@
+//! The lidar path: the stages of a scan in the order of the paper, on one page.
+
+use std::collections::VecDeque;
+
+use super::output::{Pending, output};
+use super::{MAX_POINTS, ScanFrame, ScanJob, ScanMoment, ScanOptions, ScanOutput, ScanStage};
+use super::{full_scale, plane_rings};
+use crate::config::Config;
+use crate::error::{Error, Result};
+use crate::gpu::frame::FRAMES_IN_FLIGHT;
+use crate::gpu::{Chosen, Executor, Plan};
+use crate::receive::seconds_between;
+use crate::stage::{Window, goal_inflation, intensity_classes, intensity_layers, plan_map, scan_window};
+
+/// Points that a pipeline is built for at least, and in steps of which it grows.
+const CAPACITY_STEP: usize = 1 << 14;
+
+/// Bytes of a point as it is uploaded.
+const POINT_BYTES: u64 = 32;
+
+/// The stages of one scan, in order (spec 2 §2 to §4).
+pub fn stages(_job: &ScanJob) -> Vec<Box<dyn ScanStage>> {
+    vec![
+        Box::new(scan_window::ScanWindow),
+        Box::new(intensity_layers::IntensityLayers),
+        Box::new(intensity_classes::IntensityClasses),
+        Box::new(goal_inflation::GoalInflation),
+        Box::new(plan_map::PlanMap),
+    ]
+}
+
+/// The plan of a scan, with what is to be read back.
+///
+/// # Errors
+/// [`crate::Error::Plan`] or [`crate::Error::Shader`] where a stage contradicts its shader or its neighbours.
+pub fn plan(job: &ScanJob, stages: &[Box<dyn ScanStage>]) -> Result<Plan> {
+    let mut plan = Plan::default();
+    plan.upload("points", u64::from(job.capacity) * POINT_BYTES)?;
+    for stage in stages {
+        stage.append(&mut plan, job)?;
+    }
+    let products = ["layer_values", "cell_values"];
+    for name in ["plan_costs", "plan_classes"].into_iter().chain(products.into_iter().filter(|_| job.layers))
+    {
+        plan.read_back(name)?;
+    }
+    plan.check()?;
+    Ok(plan)
+}
+
+/// Scans in, plan maps out, with up to three scans under way.
+pub struct ScanPipeline {
+    job: ScanJob,
+    stages: Vec<Box<dyn ScanStage>>,
+    executor: Executor,
+    window: Option<Window>,
+    last_stamp_ns: Option<u64>,
+    pending: VecDeque<Pending>,
+    /// Results taken from an executor that was replaced by a larger one.
+    ready: VecDeque<ScanOutput>,
+}
+
+impl ScanPipeline {
+    /// Builds the pipeline for scans like `first` (number of points, rings, intensities).
+    ///
+    /// # Errors
+    /// [`Error::Config`], [`Error::Input`] for a first scan that is too large or lacks what the configuration asks for,
+    /// [`Error::NoAdapter`], [`Error::Limit`], [`Error::Gpu`].
+    pub fn open(config: &Config, first: &ScanFrame, options: &ScanOptions) -> Result<Self> {
+        config.validate()?;
+        let job = ScanJob {
+            config: config.clone(),
+            capacity: capacity(first.scan.points.len())?,
+            full_scale: full_scale(config, &first.scan)?,
+            plane_rings: plane_rings(config, &first.scan)?,
+            deskew: config.deskew && first.scan.columns.time,
+            layers: options.layers,
+        };
+        let stages = stages(&job);
+        let plan = plan(&job, &stages)?;
+        let context =
+            Chosen::find(options.adapter.as_deref())?.open(&plan.requirements(), options.profiling)?;
+        let executor = Executor::build(&context, plan)?;
+        let (pending, ready) = (VecDeque::new(), VecDeque::new());
+        Ok(Self { job, stages, executor, window: None, last_stamp_ns: None, pending, ready })
+    }
+
+    /// Starts a scan; returns at once. Receive first when [`ScanPipeline::is_full`].
+    ///
+    /// # Errors
+    /// [`Error::Input`] where the pose is missing or no numbers or the scan has more than [`MAX_POINTS`] points (the map
+    /// stays as it was); [`Error::Gpu`], [`Error::DeviceLost`].
+    pub fn submit(&mut self, frame: &ScanFrame) -> Result<()> {
+        let pose = frame.pose.ok_or_else(|| bad_input("pose", "no transform from map to lidar".into()))?;
+        let finite = |m: crate::geometry::Rigid| m.rotation.is_finite() && m.translation_m.is_finite();
+        if !(finite(pose.map_from_base) && finite(pose.base_from_lidar)) {
+            return Err(bad_input("pose", "is not finite".into()));
+        }
+        self.fit(frame.scan.points.len())?;
+        let (resolution_m, side) = (self.job.config.scan_resolution_m, self.job.side());
+        let base = pose.map_from_base.translation_m;
+        let window = Window::around(base.x, base.y, resolution_m, side, self.window);
+        let since_last_s = self.last_stamp_ns.map(|last| seconds_between(last, frame.scan.stamp_ns));
+        let moment = ScanMoment::new(&self.job, frame, pose, window, since_last_s);
+        let mut input = self.executor.begin()?;
+        input.write("points", bytemuck::cast_slice(&frame.scan.points))?;
+        for stage in &self.stages {
+            stage.write(&moment, &mut input)?;
+        }
+        input.submit()?;
+        self.window = Some(window);
+        self.last_stamp_ns = Some(frame.scan.stamp_ns);
+        self.pending.push_back(Pending::new(frame, pose, window.grid(resolution_m, side)));
+        Ok(())
+    }
+
+    /// Builds the pipeline anew for a scan with more points than fit; what is kept from scan to scan stays.
+    fn fit(&mut self, points: usize) -> Result<()> {
+        if points <= self.job.capacity as usize {
+            return Ok(());
+        }
+        let job = ScanJob { capacity: capacity(points)?, ..self.job.clone() };
+        while let Some(output) = self.receive_submitted()? {
+            self.ready.push_back(output);
+        }
+        let stages = stages(&job);
+        let plan = plan(&job, &stages)?;
+        let mut executor = Executor::build(self.executor.context(), plan)?;
+        executor.take_state(&self.executor)?;
+        (self.job, self.stages, self.executor) = (job, stages, executor);
+        Ok(())
+    }
+
+    fn receive_submitted(&mut self) -> Result<Option<ScanOutput>> {
+        let Some(readback) = self.executor.receive()? else { return Ok(None) };
+        let pending = self.pending.pop_front();
+        pending.map(|pending| output(pending, &readback, &self.executor, &self.job)).transpose()
+    }
+
+    /// Waits for the oldest scan under way; `None` when there is none.
+    ///
+    /// # Errors
+    /// [`Error::Gpu`], [`Error::DeviceLost`].
+    pub fn receive(&mut self) -> Result<Option<ScanOutput>> {
+        match self.ready.pop_front() {
+            Some(output) => Ok(Some(output)),
+            None => self.receive_submitted(),
+        }
+    }
+
+    /// Whether as many scans are under way as may be.
+    pub fn is_full(&self) -> bool {
+        self.ready.len() + self.executor.in_flight() >= FRAMES_IN_FLIGHT
+    }
+
+    /// What the pipeline was built for, the full scale and the rings it chose included.
+    pub fn job(&self) -> &ScanJob {
+        &self.job
+    }
+
+    /// The plan as built, and the device it runs on.
+    pub fn executor(&self) -> &Executor {
+        &self.executor
+    }
+}
+
+/// Points to build for when a scan has `points`.
+fn capacity(points: usize) -> Result<u32> {
+    if points > MAX_POINTS {
+        let reason = format!("{points} points; at most {MAX_POINTS} are supported");
+        return Err(bad_input("scan", reason));
+    }
+    let roomy = (points + points / 8).next_multiple_of(CAPACITY_STEP).clamp(CAPACITY_STEP, MAX_POINTS);
+    u32::try_from(roomy).map_err(|_| bad_input("scan", "is too large".into()))
+}
+
+fn bad_input(what: &str, reason: String) -> Error {
+    Error::Input { what: what.into(), reason }
+}

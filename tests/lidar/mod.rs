@@ -1,0 +1,3 @@
+//! The lidar path as a whole.
+
+mod plan;
