@@ -133,20 +133,20 @@ fn intensity_classes(@builtin(global_invocation_id) id: vec3<u32>) {
     let slot = slot_of(x, y, intensity_classes_params.origin_slot_x, intensity_classes_params.origin_slot_y, side);
     let glass_steps = join_memory(slot, seen_now, cleared);
 
-    var class = UNKNOWN;
+    var kind = UNKNOWN;
     if values.returns == 0u && sector.x > behind {
-        class = FREE;
+        kind = FREE;
     }
     if decided {
-        class = PASSABLE;
+        kind = PASSABLE;
     }
     if glass_steps > 0u {
-        class = TRANSPARENT;
+        kind = TRANSPARENT;
     }
     if solid {
-        class = SOLID;
+        kind = SOLID;
     }
-    cell_class[id.x] = class | (glass_steps << 8u);
+    cell_class[id.x] = kind | (glass_steps << 8u);
     strength[id.x] = max(glass_steps, select(0u, max(steps_of(value), 1u), solid));
     obstacle_value[id.x] = select(0.0, value, decided);
 }

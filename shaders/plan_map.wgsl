@@ -28,26 +28,26 @@ fn inflated_cost(steps: u32, inscribed: bool) -> u32 {
 }
 
 // Class and cost, in bits 0-7 and 8-15.
-fn plan_cell(class: u32, steps: u32, inscribed: bool) -> u32 {
-    if class == SOLID || class == TRANSPARENT {
-        return class | (COST_LETHAL << 8u);
+fn plan_cell(kind: u32, steps: u32, inscribed: bool) -> u32 {
+    if kind == SOLID || kind == TRANSPARENT {
+        return kind | (COST_LETHAL << 8u);
     }
-    let passable = select(0u, plan_map_params.passable_cost, class == PASSABLE);
+    let passable = select(0u, plan_map_params.passable_cost, kind == PASSABLE);
     if steps > 0u {
         let cost = inflated_cost(steps, inscribed);
-        if class != PASSABLE || cost >= passable {
+        if kind != PASSABLE || cost >= passable {
             return INFLATED | (cost << 8u);
         }
     }
-    return class | (select(passable, COST_UNKNOWN, class == UNKNOWN) << 8u);
+    return kind | (select(passable, COST_UNKNOWN, kind == UNKNOWN) << 8u);
 }
 
 // I_TP, I_FP, I_FN and I_inflate.
-fn keep(cell: u32, class: u32, steps: u32) {
+fn keep(cell: u32, kind: u32, steps: u32) {
     let per_step = plan_map_params.solid_value / INTENSITY_STEPS;
     let value = obstacle_value[cell];
-    let solid = (class & 0xffu) == SOLID;
-    let glass = f32(class >> 8u) * per_step;
+    let solid = (kind & 0xffu) == SOLID;
+    let glass = f32(kind >> 8u) * per_step;
     cell_values[cell] = vec4(select(0.0, value, solid), select(value, 0.0, solid), glass, f32(steps) * per_step);
 }
 
@@ -67,10 +67,10 @@ fn plan_map(@builtin(global_invocation_id) id: vec3<u32>) {
         let cell = row * side + min(column, side - 1u);
         let spread = inflation[cell];
         let steps = min(spread.x, u32(INTENSITY_STEPS));
-        let class = cell_class[cell];
-        let planned = plan_cell(class & 0xffu, steps, spread.y > 0u);
+        let kind = cell_class[cell];
+        let planned = plan_cell(kind & 0xffu, steps, spread.y > 0u);
         if keep_layers && column < side {
-            keep(cell, class, steps);
+            keep(cell, kind, steps);
         }
         classes |= (planned & 0xffu) << (8u * i);
         costs |= (planned >> 8u) << (8u * i);

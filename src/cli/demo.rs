@@ -35,7 +35,7 @@ pub(crate) fn execute(arguments: &DemoArguments) -> Result<()> {
     std::fs::write(&input, ROOM).map_err(Error::file(&input))?;
     let config = Config::default();
     let options = Options { adapter: arguments.adapter.clone(), images: true, ..Options::default() };
-    let outputs = Outputs { mcap: Some(&mcap), png: Some(&png), dump: None };
+    let outputs = Outputs { mcap: Some(&mcap), png: Some(&png), dump: None, shared: None };
     let mut room = recording::open(&input, &config)?;
     let report = run_with_progress(room.as_mut(), 0..u64::MAX, &config, &options, &outputs)?;
     print_report(&report);

@@ -8,6 +8,7 @@ mod net;
 mod points;
 mod profile;
 mod run;
+mod scans;
 mod sim;
 
 use std::ops::Range;

@@ -12,41 +12,74 @@ use limpid::recording::{self, Recording};
 use limpid::run::{RunReport, run};
 use limpid::{Config, Result};
 
-use super::{Common, parse_range};
+use super::{Common, parse_range, scans};
 
 #[derive(Debug, Args)]
 pub(crate) struct RunArguments {
-    /// MCAP file, ROS 1 bag, TUM folder or folder with a still pair
-    input: PathBuf,
+    /// MCAP file, ROS 1 bag, TUM folder or folder with a still pair; lidar: also pcap, PLY, PCD or a folder of these
+    pub(super) input: PathBuf,
     #[command(flatten)]
-    common: Common,
+    pub(super) common: Common,
+    /// Which sensor of the recording; left out, all it has
+    #[arg(long, value_enum)]
+    sensor: Option<Sensor>,
     /// Write costmaps, reliability, filtered depth and transforms as MCAP
     #[arg(short, long, value_name = "MCAP")]
-    output: Option<PathBuf>,
+    pub(super) output: Option<PathBuf>,
     /// Write pictures of costmap and reliability per frame
     #[arg(long, value_name = "DIR")]
-    png: Option<PathBuf>,
+    pub(super) png: Option<PathBuf>,
     /// Write every buffer per frame as EXR, with frame.json
     #[arg(long, value_name = "DIR")]
-    dump: Option<PathBuf>,
+    pub(super) dump: Option<PathBuf>,
     /// Write the last map for nav2's map_server: STEM.pgm and STEM.yaml
     #[arg(long, value_name = "STEM")]
-    map: Option<PathBuf>,
-    /// Only the depth images numbered A to B - 1
+    pub(super) map: Option<PathBuf>,
+    /// Only the depth images, or scans, numbered A to B - 1
     #[arg(long, value_name = "A..B", value_parser = parse_range)]
-    frames: Option<Range<u64>>,
+    pub(super) frames: Option<Range<u64>>,
     /// Time the passes too, for the dump and the diagnostics
     #[arg(long)]
-    timing: bool,
+    pub(super) timing: bool,
 }
 
 pub(crate) fn execute(arguments: &RunArguments) -> Result<()> {
     let config = arguments.common.config()?;
-    let mut recording = recording::open(&arguments.input, &config)?;
+    let contents = recording::contents(&arguments.input, &config)?;
+    let lidar = match arguments.sensor {
+        Some(sensor) => sensor == Sensor::Lidar,
+        None => contents.lidar && !contents.camera,
+    };
+    if lidar {
+        return scans::execute(arguments, &config, None);
+    }
+    let beside =
+        if arguments.sensor.is_none() && contents.lidar { arguments.output.as_deref() } else { None };
+    let shared = beside.map(|path| McapSink::create(path, &config)).transpose()?;
+    run_camera(arguments, &config, shared.clone())?;
+    if arguments.sensor.is_none() && contents.lidar {
+        scans::execute(arguments, &config, shared)
+    } else {
+        Ok(())
+    }
+}
+
+/// Sensors of a recording.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+enum Sensor {
+    /// RGB-D frames: costmaps.
+    Camera,
+    /// Lidar scans: plan maps.
+    Lidar,
+}
+
+fn run_camera(arguments: &RunArguments, config: &Config, shared: Option<McapSink>) -> Result<()> {
+    let mut recording = recording::open(&arguments.input, config)?;
     let outputs = Outputs {
         mcap: arguments.output.as_deref(),
         png: arguments.png.as_deref(),
         dump: arguments.dump.as_deref(),
+        shared,
     };
     let options = Options {
         adapter: arguments.common.adapter.clone(),
@@ -56,7 +89,7 @@ pub(crate) fn execute(arguments: &RunArguments) -> Result<()> {
         ..Options::default()
     };
     let range = arguments.frames.clone().unwrap_or(0..u64::MAX);
-    let report = run_with_progress(recording.as_mut(), range, &config, &options, &outputs)?;
+    let report = run_with_progress(recording.as_mut(), range, config, &options, &outputs)?;
     print_report(&report);
     if let (Some(stem), Some(last)) = (&arguments.map, &report.last) {
         let [image, yaml] = save_map(stem, last)?;
@@ -66,17 +99,21 @@ pub(crate) fn execute(arguments: &RunArguments) -> Result<()> {
 }
 
 /// Where results go.
-#[derive(Debug, Default)]
+#[derive(Default)]
 pub(super) struct Outputs<'a> {
     pub(super) mcap: Option<&'a Path>,
     pub(super) png: Option<&'a Path>,
     pub(super) dump: Option<&'a Path>,
+    /// Takes the place of the file that `mcap` names.
+    pub(super) shared: Option<McapSink>,
 }
 
 impl Outputs<'_> {
     fn sinks(&self, config: &Config) -> Result<Vec<Box<dyn Sink>>> {
         let mut sinks: Vec<Box<dyn Sink>> = Vec::new();
-        if let Some(path) = self.mcap {
+        if let Some(shared) = &self.shared {
+            sinks.push(Box::new(shared.clone()));
+        } else if let Some(path) = self.mcap {
             sinks.push(Box::new(McapSink::create(path, config)?));
         }
         if let Some(path) = self.png {
@@ -112,7 +149,7 @@ pub(super) fn run_with_progress(
 }
 
 /// On standard error, hidden where that is no terminal.
-fn progress_bar(total: Option<u64>) -> ProgressBar {
+pub(super) fn progress_bar(total: Option<u64>) -> ProgressBar {
     if !std::io::stderr().is_terminal() {
         return ProgressBar::hidden();
     }

@@ -4,11 +4,13 @@ mod job;
 mod output;
 pub mod pipeline;
 mod planes;
+mod run;
 
 pub use job::{ScanJob, ScanMoment, ScanStage, Turn};
 pub use output::{CellClass, ScanLayers, ScanOptions, ScanOutput};
 pub use pipeline::ScanPipeline;
 pub use planes::{full_scale, plane_rings};
+pub use run::{ScanRunReport, ScanSink, run_scans};
 
 use glam::DVec2;
 

@@ -1,6 +1,7 @@
 //! What a scan pipeline is asked for, and what it gives for one scan.
 
 use bytemuck::pod_read_unaligned;
+use glam::DVec2;
 
 use super::{ScanFrame, ScanJob, ScanPose};
 use crate::error::Result;
@@ -75,6 +76,8 @@ pub struct ScanOutput {
     pub map_from_base: Rigid,
     /// Lidar in the base.
     pub base_from_lidar: Rigid,
+    /// Direction from the robot to its goal in the map, of length 1; `None` at the goal.
+    pub towards_goal: Option<DVec2>,
     /// Geometry of the grids.
     pub grid: Grid,
     /// Nav2 costs of the plan map (0 free, 1..=252, 253 inscribed, 254 lethal, 255 unknown), row 0 = smallest y.
@@ -103,17 +106,19 @@ pub(crate) struct Pending {
     stamp_ns: u64,
     map_frame: String,
     pose: ScanPose,
+    towards_goal: Option<DVec2>,
     grid: Grid,
     points: usize,
 }
 
 impl Pending {
-    pub(crate) fn new(frame: &ScanFrame, pose: ScanPose, grid: Grid) -> Self {
+    pub(crate) fn new(frame: &ScanFrame, pose: ScanPose, towards_goal: Option<DVec2>, grid: Grid) -> Self {
         Self {
             index: frame.scan.index,
             stamp_ns: frame.scan.stamp_ns,
             map_frame: frame.map_frame.clone(),
             pose,
+            towards_goal,
             grid,
             points: frame.scan.points.len(),
         }
@@ -157,6 +162,7 @@ pub(crate) fn output(
         map_frame: pending.map_frame,
         map_from_base: pending.pose.map_from_base,
         base_from_lidar: pending.pose.base_from_lidar,
+        towards_goal: pending.towards_goal,
         grid: pending.grid,
         costmap: quads("plan_costs")?,
         classes: quads("plan_classes")?,

@@ -102,6 +102,7 @@ impl ScanPipeline {
         let window = Window::around(base.x, base.y, resolution_m, side, self.window);
         let since_last_s = self.last_stamp_ns.map(|last| seconds_between(last, frame.scan.stamp_ns));
         let moment = ScanMoment::new(&self.job, frame, pose, window, since_last_s);
+        let towards_goal = moment.towards_goal;
         let mut input = self.executor.begin()?;
         input.write("points", bytemuck::cast_slice(&frame.scan.points))?;
         for stage in &self.stages {
@@ -110,7 +111,7 @@ impl ScanPipeline {
         input.submit()?;
         self.window = Some(window);
         self.last_stamp_ns = Some(frame.scan.stamp_ns);
-        self.pending.push_back(Pending::new(frame, pose, window.grid(resolution_m, side)));
+        self.pending.push_back(Pending::new(frame, pose, towards_goal, window.grid(resolution_m, side)));
         Ok(())
     }
 

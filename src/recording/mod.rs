@@ -11,6 +11,7 @@ pub mod message;
 mod open;
 pub mod points;
 mod pose;
+mod posed;
 mod report;
 mod still;
 mod sync;
@@ -24,10 +25,11 @@ use crate::geometry::Rigid;
 pub mod write;
 
 pub(crate) use self::exr_decode::depth_from_exr;
-pub use self::log::LogReader;
+pub use self::log::{Contents, LogReader};
 pub(crate) use self::log::{Record, Records};
 pub(crate) use self::mcap::McapRecords;
-pub use self::open::open;
+pub use self::open::{contents, open};
+pub use self::posed::PosedScans;
 pub use self::still::StillReader;
 pub use self::tum::TumReader;
 

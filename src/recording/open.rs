@@ -4,9 +4,34 @@ use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
-use super::{LogReader, Recording, StillReader, TumReader, bag};
+use super::points::{self, FileScans};
+use super::{Contents, LogReader, Recording, StillReader, TumReader, bag, log};
 use crate::config::Config;
 use crate::error::{Error, Result};
+
+/// What a recording holds: depth images, lidar scans, or both; neither where it is of no known format, or damaged: then
+/// [`open`] says what is wrong.
+///
+/// # Errors
+/// [`Error::File`].
+pub fn contents(path: &Path, config: &Config) -> Result<Contents> {
+    if path.is_dir() {
+        let camera = !config.depth_file.is_empty() || path.join("depth.txt").exists();
+        return Ok(Contents {
+            camera,
+            lidar: !camera && FileScans::folder(path, &Default::default()).is_ok(),
+        });
+    }
+    let mut start = Vec::new();
+    let file = File::open(path).map_err(Error::file(path))?;
+    file.take(16).read_to_end(&mut start).map_err(Error::file(path))?;
+    let is_bag = start.starts_with(bag::MAGIC);
+    if is_bag || start.starts_with(::mcap::MAGIC) {
+        // What is wrong with the file is for its reader to say.
+        return Ok(log::contents(path, is_bag).unwrap_or(Contents { camera: true, lidar: false }));
+    }
+    Ok(Contents { camera: false, lidar: points::open(path, &Default::default()).is_ok() })
+}
 
 const SUPPORTED: &str = "MCAP files, ROS 1 bags, TUM RGB-D folders (depth.txt, camera.yaml) and still pairs (`depth_file` in the configuration) are read";
 

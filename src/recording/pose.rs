@@ -3,8 +3,8 @@
 
 use glam::{DQuat, DVec3};
 
-use super::FramePose;
 use super::transforms::{TransformBuffer, TransformError};
+use super::{FramePose, ReadReport};
 use crate::config::Config;
 use crate::error::{Error, Result};
 use crate::geometry::Rigid;
@@ -93,6 +93,41 @@ impl PoseResolver {
                 let map_from_base = base_under_camera(map_from_camera, self.ground_z_m);
                 let base_from_camera = map_from_base.inverse().then(map_from_camera);
                 Ok(ResolvedPose { pose: FramePose { map_from_base, base_from_camera }, base_derived: true })
+            }
+        }
+    }
+
+    /// Whether the configuration states transforms.
+    pub(crate) fn has_stated(&self) -> bool {
+        !self.stated.is_empty()
+    }
+
+    /// A frame in the map at a stamp.
+    pub(crate) fn map_from(&self, frame: &str, stamp_ns: u64) -> Result<Rigid, TransformError> {
+        self.lookup(&self.map_frame, frame, stamp_ns)
+    }
+
+    /// Base in the map and lidar in the base at a stamp. Where nothing says where the base is, it is the lidar, which is
+    /// noted.
+    pub(crate) fn lidar_pose(
+        &self,
+        lidar_frame: &str,
+        stamp_ns: u64,
+        report: &mut ReadReport,
+    ) -> Result<(Rigid, Rigid), TransformError> {
+        let map_from_lidar = self.map_from(lidar_frame, stamp_ns)?;
+        let in_tree = self.lookup(&self.base_frame, lidar_frame, stamp_ns);
+        let known = in_tree
+            .or_else(|error| self.stated.lookup(&self.base_frame, lidar_frame, 0, 0).map_err(|_| error));
+        match known {
+            Ok(base_from_lidar) => Ok((map_from_lidar.then(base_from_lidar.inverse()), base_from_lidar)),
+            Err(error) if self.tree.knows(&self.base_frame) => Err(error),
+            Err(_) => {
+                report.note(format!(
+                    "no transform of `{}`: the base is taken to be the lidar",
+                    self.base_frame
+                ));
+                Ok((map_from_lidar, Rigid::IDENTITY))
             }
         }
     }

@@ -31,3 +31,9 @@ impl ReadReport {
         }
     }
 }
+
+/// Adds what another report of the same recording counted.
+pub(crate) fn merge(report: &mut ReadReport, other: &ReadReport) {
+    report.skipped.extend(other.skipped.iter().cloned());
+    other.notes.iter().for_each(|note| report.note(note));
+}

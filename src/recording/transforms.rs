@@ -171,6 +171,11 @@ impl TransformBuffer {
         self.edges.retain(|_, edge| edge.fixed);
     }
 
+    /// Whether nothing was inserted.
+    pub fn is_empty(&self) -> bool {
+        self.edges.is_empty()
+    }
+
     /// Whether the frame is part of the tree, as a child or as a parent.
     pub fn knows(&self, frame: &str) -> bool {
         self.edges.contains_key(frame) || self.edges.values().any(|edge| edge.parent == frame)

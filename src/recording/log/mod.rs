@@ -3,6 +3,7 @@
 
 mod decode;
 mod file;
+mod poses;
 mod records;
 mod scans;
 mod sdk;
@@ -11,6 +12,8 @@ mod topics;
 use std::path::{Path, PathBuf};
 
 pub(crate) use self::file::LogFile;
+pub use self::poses::Contents;
+pub(crate) use self::poses::{LogPoses, contents};
 pub(crate) use self::records::{Record, Records};
 pub use self::scans::LogScans;
 use self::sdk::SdkStreams;

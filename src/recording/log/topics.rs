@@ -35,6 +35,7 @@ pub(super) enum Kind {
     RosCameraInfo(Wire),
     RosTransforms(Wire),
     RosOdometry(Wire),
+    RosPoseStamped(Wire),
     /// A transform without frames and stamp, and a number: both only of the RealSense SDK.
     RosTransform(Wire),
     RosFloat(Wire),
@@ -73,6 +74,7 @@ impl Kind {
             "sensor_msgs/CameraInfo" => Self::RosCameraInfo(wire),
             "tf2_msgs/TFMessage" | "tf/tfMessage" => Self::RosTransforms(wire),
             "nav_msgs/Odometry" => Self::RosOdometry(wire),
+            "geometry_msgs/PoseStamped" => Self::RosPoseStamped(wire),
             "geometry_msgs/Transform" => Self::RosTransform(wire),
             "std_msgs/Float32" => Self::RosFloat(wire),
             "sensor_msgs/PointCloud2" => Self::RosPointCloud(wire),
@@ -288,7 +290,7 @@ pub(super) fn missing(path: &Path, what: &str, key: &str, channels: &Channels) -
 }
 
 /// Raw images before packed ones, those aligned to colour before others, then by name.
-fn find_depth(channels: &Channels) -> Option<String> {
+pub(super) fn find_depth(channels: &Channels) -> Option<String> {
     let rank = |channel: &Channel| {
         let packed = !channel.kind.is_some_and(Kind::is_raw_image);
         let lossy = packed && !channel.topic.contains("compressedDepth");

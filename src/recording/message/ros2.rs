@@ -159,6 +159,15 @@ pub struct OdometryPose {
     pub pose: PoseWithCovariance,
 }
 
+/// `geometry_msgs/msg/PoseStamped`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct PoseStamped {
+    /// Stamp and frame of the pose.
+    pub header: Header,
+    /// The pose.
+    pub pose: Pose,
+}
+
 /// `sensor_msgs/msg/Image`.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Image {

@@ -82,7 +82,7 @@ pub(crate) fn write_exr(path: &Path, size: (usize, usize), samples: Vec<f32>) ->
     std::fs::write(path, bytes.into_inner()).map_err(Error::file(path))
 }
 
-fn write_json(path: &Path, record: &FrameRecord<'_>) -> Result<()> {
+pub(super) fn write_json(path: &Path, record: &impl Serialize) -> Result<()> {
     let mut text = serde_json::to_string_pretty(record).map_err(|e| encode_error(path, e))?;
     text.push('\n');
     std::fs::write(path, text).map_err(Error::file(path))
@@ -106,7 +106,7 @@ struct FrameRecord<'a> {
 }
 
 #[derive(Serialize)]
-struct PoseRecord {
+pub(super) struct PoseRecord {
     translation_m: [f64; 3],
     rotation_xyzw: [f64; 4],
 }

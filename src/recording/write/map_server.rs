@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use super::{encode_error, grid_mismatch};
 use crate::error::{Error, Result};
 use crate::frame::{FrameOutput, Grid};
+use crate::lidar::ScanOutput;
 
 const OCCUPIED: u8 = 0;
 const FREE: u8 = 254;
@@ -23,15 +24,27 @@ const UNKNOWN: u8 = 205;
 /// # Errors
 /// [`Error::File`] where a file cannot be written, [`Error::Encode`] where the costmap is not `width * height` cells.
 pub fn save_map(stem: &Path, output: &FrameOutput) -> Result<[PathBuf; 2]> {
+    if let Some(reason) = grid_mismatch(output) {
+        return Err(encode_error(stem, reason));
+    }
+    save(stem, &output.grid, &output.costmap)
+}
+
+/// As [`save_map`], of the plan map of a lidar scan: solid and transparent cells are occupied.
+///
+/// # Errors
+/// [`Error::File`] where a file cannot be written.
+pub fn save_plan(stem: &Path, output: &ScanOutput) -> Result<[PathBuf; 2]> {
+    save(stem, &output.grid, &output.costmap)
+}
+
+fn save(stem: &Path, grid: &Grid, costmap: &[u8]) -> Result<[PathBuf; 2]> {
     let stem = if stem.is_dir() { stem.join("map") } else { stem.to_owned() };
     let [picture, description] = ["pgm", "yaml"].map(|extension| with_suffix(&stem, extension));
-    if let Some(reason) = grid_mismatch(output) {
-        return Err(encode_error(&picture, reason));
-    }
-    let pgm = pgm(&output.grid, &output.costmap);
+    let pgm = pgm(grid, costmap);
     std::fs::write(&picture, pgm).map_err(Error::file(&picture))?;
     let name = picture.file_name().unwrap_or_default().to_string_lossy();
-    std::fs::write(&description, yaml(&output.grid, &name)).map_err(Error::file(&description))?;
+    std::fs::write(&description, yaml(grid, &name)).map_err(Error::file(&description))?;
     Ok([picture, description])
 }
 

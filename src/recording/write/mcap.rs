@@ -3,15 +3,16 @@
 use std::fs::File;
 use std::io::BufWriter;
 use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, PoisonError};
 
 use serde_bytes::Bytes;
 
-use super::message::{Costmap, CostmapMetaData, MapMetaData, OccupancyGrid};
+use super::message::{Costmap, CostmapMetaData, MapMetaData, OccupancyGrid, RosMessage};
 use super::ros_file::RosFile;
 use super::{Sink, create_file, diagnostics, encode_error, grid_mismatch, narrow};
 use crate::config::Config;
 use crate::error::Result;
-use crate::frame::{FrameImages, FrameOutput};
+use crate::frame::{FrameImages, FrameOutput, Grid};
 use crate::geometry::Rigid;
 use crate::recording::message::ros2::{
     CameraInfo, Header, Image, Pose, Quaternion, TFMessage, Time, TransformStamped, Vector3,
@@ -20,6 +21,22 @@ use crate::recording::{DepthImage, DepthSamples, RgbdFrame};
 
 /// A crash loses at most this many frames.
 const FRAMES_PER_FLUSH: u64 = 15;
+
+/// A file that sinks may share.
+pub(super) type OutFile = RosFile<BufWriter<File>>;
+
+/// Where a costmap is written.
+pub(super) struct GridTopics {
+    /// `nav_msgs/OccupancyGrid`.
+    pub(super) occupancy: &'static str,
+    /// `nav2_msgs/Costmap`.
+    pub(super) raw: &'static str,
+    /// Name of the costmap layer.
+    pub(super) layer: &'static str,
+}
+
+const TOPICS: GridTopics =
+    GridTopics { occupancy: "/limpid/costmap", raw: "/limpid/costmap_raw", layer: "limpid" };
 
 /// Frame of images whose recording names none.
 const NAMELESS_CAMERA_FRAME: &str = "camera_optical_frame";
@@ -39,9 +56,10 @@ const NAMELESS_CAMERA_FRAME: &str = "camera_optical_frame";
 ///
 /// The last four need the images to be read back. Images and the last frame of `/tf` bear the depth image's
 /// `frame_id`; where it has none, `camera_frame`; where that is empty too, `camera_optical_frame`.
+#[derive(Clone)]
 pub struct McapSink {
     path: PathBuf,
-    file: RosFile<BufWriter<File>>,
+    file: Arc<Mutex<OutFile>>,
     map_frame: String,
     base_frame: String,
     camera_frame: String,
@@ -57,7 +75,7 @@ impl McapSink {
     pub fn create(path: &Path, config: &Config) -> Result<Self> {
         Ok(Self {
             path: path.into(),
-            file: RosFile::new(create_file(path)?, path)?,
+            file: Arc::new(Mutex::new(RosFile::new(create_file(path)?, path)?)),
             map_frame: config.map_frame.clone(),
             base_frame: config.base_frame.clone(),
             camera_frame: config.camera_frame.clone(),
@@ -70,31 +88,25 @@ impl McapSink {
         if let Some(reason) = grid_mismatch(output) {
             return Err(encode_error(&self.path, reason));
         }
-        let stamp_ns = output.stamp_ns;
-        let grid = &output.grid;
-        let header = Header::new(stamp_ns, &self.map_frame);
-        let corner = Vector3 { x: grid.origin_x_m, y: grid.origin_y_m, z: 0.0 };
-        let origin = Pose { position: corner, orientation: Quaternion::default() };
-        let (time, resolution) = (Time::from_stamp_ns(stamp_ns), narrow(grid.resolution_m));
-        let (width, height) = (grid.width, grid.height);
+        let (stamp_ns, map_frame) = (output.stamp_ns, self.map_frame.clone());
+        self.with_file(|file, path| {
+            write_costmap(file, path, &TOPICS, stamp_ns, &map_frame, &output.grid, &output.costmap)
+        })
+    }
 
-        let occupancy: Vec<u8> =
-            output.costmap.iter().map(|&c| occupancy_of_cost(c).cast_unsigned()).collect();
-        let info = MapMetaData { map_load_time: time, resolution, width, height, origin };
-        let message = OccupancyGrid { header: header.clone(), info, data: Bytes::new(&occupancy) };
-        self.file.write("/limpid/costmap", stamp_ns, &message)?;
+    /// Calls `write` with the file.
+    pub(super) fn with_file<T>(&mut self, write: impl FnOnce(&mut OutFile, &Path) -> Result<T>) -> Result<T> {
+        write(&mut self.file.lock().unwrap_or_else(PoisonError::into_inner), &self.path)
+    }
 
-        let metadata = CostmapMetaData {
-            map_load_time: time,
-            update_time: time,
-            layer: "limpid".into(),
-            resolution,
-            size_x: width,
-            size_y: height,
-            origin,
-        };
-        let message = Costmap { header, metadata, data: Bytes::new(&output.costmap) };
-        self.file.write("/limpid/costmap_raw", stamp_ns, &message)
+    /// Completes the file unless another sink still writes into it.
+    pub(super) fn close(&mut self) -> Result<()> {
+        let last = Arc::strong_count(&self.file) == 1;
+        self.with_file(|file, _| if last { file.finish().map(|_| ()) } else { file.flush() })
+    }
+
+    fn put<M: RosMessage>(&mut self, topic: &str, stamp_ns: u64, message: &M) -> Result<()> {
+        self.with_file(|file, _| file.write(topic, stamp_ns, message))
     }
 
     fn write_transforms(&mut self, stamp_ns: u64, camera_frame: &str, output: &FrameOutput) -> Result<()> {
@@ -108,7 +120,7 @@ impl McapSink {
         if camera_frame != self.base_frame {
             transforms.push(edge(&self.base_frame, camera_frame, output.base_from_camera));
         }
-        self.file.write("/tf", stamp_ns, &TFMessage { transforms })
+        self.put("/tf", stamp_ns, &TFMessage { transforms })
     }
 
     fn write_images(&mut self, depth: &DepthImage, header: &Header, images: &FrameImages) -> Result<()> {
@@ -122,7 +134,7 @@ impl McapSink {
         let size = (depth.camera.width, depth.camera.height);
         self.write_image("/limpid/depth_filtered/image", depth.stamp_ns, header, size, encoding, filtered)?;
         let calibration = CameraInfo::new(header.clone(), &depth.camera);
-        self.file.write("/limpid/depth_filtered/camera_info", depth.stamp_ns, &calibration)
+        self.put("/limpid/depth_filtered/camera_info", depth.stamp_ns, &calibration)
     }
 
     fn write_image(
@@ -143,7 +155,7 @@ impl McapSink {
             step: width * bytes_per_pixel(encoding),
             data,
         };
-        self.file.write(topic, stamp_ns, &message)
+        self.put(topic, stamp_ns, &message)
     }
 
     fn check_sizes(&self, depth: &DepthImage, images: &FrameImages) -> Result<()> {
@@ -171,23 +183,75 @@ impl Sink for McapSink {
         let camera_frame = [&depth.frame_id, &self.camera_frame].into_iter().find(|name| !name.is_empty());
         let camera_frame = camera_frame.map_or(NAMELESS_CAMERA_FRAME, String::as_str).to_owned();
         self.write_grids(output)?;
-        self.file.write(
-            "/limpid/diagnostics",
-            output.stamp_ns,
-            &diagnostics::of_frame(output, &camera_frame),
-        )?;
+        self.put("/limpid/diagnostics", output.stamp_ns, &diagnostics::of_frame(output, &camera_frame))?;
         self.write_transforms(depth.stamp_ns, &camera_frame, output)?;
         if let Some(images) = &output.images {
             self.check_sizes(depth, images)?;
             self.write_images(depth, &Header::new(depth.stamp_ns, &camera_frame), images)?;
         }
         self.frames += 1;
-        if self.frames.is_multiple_of(FRAMES_PER_FLUSH) { self.file.flush() } else { Ok(()) }
+        if self.frames.is_multiple_of(FRAMES_PER_FLUSH) {
+            self.with_file(|file, _| file.flush())
+        } else {
+            Ok(())
+        }
     }
 
     fn finish(&mut self) -> Result<()> {
-        self.file.finish().map(|_| ())
+        self.close()
     }
+}
+
+/// A grid of values 0..=100 or -1.
+pub(super) fn occupancy_grid<'a>(
+    stamp_ns: u64,
+    map_frame: &str,
+    grid: &Grid,
+    data: &'a Bytes,
+) -> OccupancyGrid<'a> {
+    let info = MapMetaData {
+        map_load_time: Time::from_stamp_ns(stamp_ns),
+        resolution: narrow(grid.resolution_m),
+        width: grid.width,
+        height: grid.height,
+        origin: origin(grid),
+    };
+    OccupancyGrid { header: Header::new(stamp_ns, map_frame), info, data }
+}
+
+fn origin(grid: &Grid) -> Pose {
+    let corner = Vector3 { x: grid.origin_x_m, y: grid.origin_y_m, z: 0.0 };
+    Pose { position: corner, orientation: Quaternion::default() }
+}
+
+/// Writes Nav2 costs as an `OccupancyGrid` and as a `Costmap`.
+pub(super) fn write_costmap(
+    file: &mut OutFile,
+    path: &Path,
+    topics: &GridTopics,
+    stamp_ns: u64,
+    map_frame: &str,
+    grid: &Grid,
+    costmap: &[u8],
+) -> Result<()> {
+    if costmap.len() != grid.width as usize * grid.height as usize {
+        return Err(encode_error(path, "the costs do not fill the grid"));
+    }
+    let occupancy: Vec<u8> = costmap.iter().map(|&c| occupancy_of_cost(c).cast_unsigned()).collect();
+    let message = occupancy_grid(stamp_ns, map_frame, grid, Bytes::new(&occupancy));
+    file.write(topics.occupancy, stamp_ns, &message)?;
+    let time = Time::from_stamp_ns(stamp_ns);
+    let metadata = CostmapMetaData {
+        map_load_time: time,
+        update_time: time,
+        layer: topics.layer.into(),
+        resolution: narrow(grid.resolution_m),
+        size_x: grid.width,
+        size_y: grid.height,
+        origin: origin(grid),
+    };
+    let message = Costmap { header: Header::new(stamp_ns, map_frame), metadata, data: Bytes::new(costmap) };
+    file.write(topics.raw, stamp_ns, &message)
 }
 
 fn bytes_per_pixel(encoding: &str) -> u32 {

@@ -16,23 +16,27 @@ pub mod message;
 mod ply;
 mod png;
 mod ros_file;
+mod scan_exr;
+mod scan_mcap;
 mod schema;
 
 pub use exr::DumpSink;
 pub(crate) use exr::write_exr;
-pub use map_server::save_map;
+pub use map_server::{save_map, save_plan};
 pub use mcap::{McapSink, occupancy_of_cost};
 pub use ply::save_scan;
-pub use png::PngSink;
+pub use png::{PngSink, ScanPngSink};
 pub use ros_file::RosFile;
+pub use scan_exr::ScanDumpSink;
+pub use scan_mcap::ScanMcapSink;
 
-/// Something that takes the results of a run, frame by frame.
-pub trait Sink {
+/// Something that takes the results of a run, frame by frame: those of RGB-D frames, or with other types of scans.
+pub trait Sink<Input = RgbdFrame, Output = FrameOutput> {
     /// Writes what `output` holds for the frame `input`.
     ///
     /// # Errors
     /// [`Error::File`] or [`Error::Encode`], both with the path.
-    fn write(&mut self, input: &RgbdFrame, output: &FrameOutput) -> Result<()>;
+    fn write(&mut self, input: &Input, output: &Output) -> Result<()>;
 
     /// Completes and closes what was written; writing afterwards is an error.
     ///

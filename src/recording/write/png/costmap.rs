@@ -4,6 +4,7 @@ use super::super::mcap::occupancy_of_cost;
 use super::canvas::{Canvas, Rgb, TEXT_HEIGHT, byte, mix};
 use super::{BLACK, MARGIN, WHITE, legend_entry, status_line, with_panel};
 use crate::frame::{FrameOutput, Grid};
+use crate::geometry::Rigid;
 use glam::DVec3;
 
 /// Side of the picture that the cells are scaled up to, pixels.
@@ -26,7 +27,7 @@ pub(super) fn draw(output: &FrameOutput) -> Canvas {
     let (width, height) = (grid.width * scale, grid.height * scale);
     let mut canvas = with_panel(width, height, LEGEND_WIDTH);
     draw_cells(&mut canvas, grid, &output.costmap, i64::from(scale));
-    draw_robot(&mut canvas, output, f64::from(scale));
+    draw_robot(&mut canvas, grid, output.map_from_base, f64::from(scale));
     draw_scale_bar(&mut canvas, i64::from(height), f64::from(scale) / grid.resolution_m);
     draw_legend(&mut canvas, i64::from(height) + MARGIN);
     status_line(&mut canvas, i64::from(height) + 2 * MARGIN + TEXT_HEIGHT, output);
@@ -59,9 +60,7 @@ fn graded_color(share: f32) -> Rgb {
 }
 
 /// An arrow at the robot's base that points along its x axis.
-fn draw_robot(canvas: &mut Canvas, output: &FrameOutput, scale: f64) {
-    let grid = &output.grid;
-    let base = output.map_from_base;
+pub(super) fn draw_robot(canvas: &mut Canvas, grid: &Grid, base: Rigid, scale: f64) {
     let heading = base.rotation * DVec3::X;
     let length = heading.truncate().length();
     if length < 1e-6 || length.is_nan() {
@@ -81,7 +80,7 @@ fn draw_robot(canvas: &mut Canvas, output: &FrameOutput, scale: f64) {
     canvas.triangle([at(1.0, 0.0), at(-0.85, 0.65), at(-0.85, -0.65)], WHITE);
 }
 
-fn draw_scale_bar(canvas: &mut Canvas, map_height: i64, pixels_per_m: f64) {
+pub(super) fn draw_scale_bar(canvas: &mut Canvas, map_height: i64, pixels_per_m: f64) {
     #[expect(clippy::cast_possible_truncation, reason = "a metre in pixels; casts saturate")]
     let length = pixels_per_m.round().min(1e4) as i64;
     let y = map_height - MARGIN - 4;

@@ -6,11 +6,13 @@ use super::{Sink, create_folder, encode_error, grid_mismatch, narrow};
 use crate::config::Config;
 use crate::error::Result;
 use crate::frame::FrameOutput;
+use crate::lidar::{ScanFrame, ScanOutput};
 use crate::recording::RgbdFrame;
 
 mod canvas;
 mod costmap;
 mod font;
+mod plan;
 mod reliability;
 
 use canvas::{Canvas, Rgb, TEXT_HEIGHT};
@@ -56,6 +58,32 @@ impl Sink for PngSink {
         let picture = reliability::draw(images, output, self.tau)
             .ok_or_else(|| encode_error(&path, "depth, reliability and colour do not fill the image"))?;
         picture.save(&path)
+    }
+
+    fn finish(&mut self) -> Result<()> {
+        Ok(())
+    }
+}
+
+/// Writes `DIR/NNNNNN-plan.png` of every lidar scan.
+pub struct ScanPngSink {
+    folder: PathBuf,
+}
+
+impl ScanPngSink {
+    /// Creates the folder `folder` unless it is there.
+    ///
+    /// # Errors
+    /// [`Error::File`](crate::Error::File) where it cannot be created.
+    pub fn create(folder: &Path, _config: &Config) -> Result<Self> {
+        create_folder(folder)?;
+        Ok(Self { folder: folder.into() })
+    }
+}
+
+impl Sink<ScanFrame, ScanOutput> for ScanPngSink {
+    fn write(&mut self, _input: &ScanFrame, output: &ScanOutput) -> Result<()> {
+        plan::draw(output).save(&self.folder.join(format!("{:06}-plan.png", output.index)))
     }
 
     fn finish(&mut self) -> Result<()> {

@@ -1,0 +1,74 @@
+//! `limpid run` on lidar scans.
+
+use limpid::lidar::{CellClass, ScanOptions, ScanRunReport, ScanSink, run_scans};
+use limpid::recording::PosedScans;
+use limpid::recording::write::{McapSink, ScanDumpSink, ScanMcapSink, ScanPngSink, save_plan};
+use limpid::{Config, Result};
+
+use super::run::{RunArguments, progress_bar};
+
+/// Runs the scans of the input; `shared` is the output file where frames of a camera are in it already.
+pub(super) fn execute(arguments: &RunArguments, config: &Config, shared: Option<McapSink>) -> Result<()> {
+    let mut scans = PosedScans::open(&arguments.input, config)?;
+    let mut sinks: Vec<Box<ScanSink>> = Vec::new();
+    if let Some(shared) = shared {
+        sinks.push(Box::new(ScanMcapSink::beside(shared, config)));
+    } else if let Some(path) = &arguments.output {
+        sinks.push(Box::new(ScanMcapSink::create(path, config)?));
+    }
+    if let Some(folder) = &arguments.png {
+        sinks.push(Box::new(ScanPngSink::create(folder, config)?));
+    }
+    if let Some(folder) = &arguments.dump {
+        sinks.push(Box::new(ScanDumpSink::create(folder, config)?));
+    }
+    let options = ScanOptions {
+        adapter: arguments.common.adapter.clone(),
+        profiling: arguments.timing,
+        layers: arguments.dump.is_some(),
+    };
+    let range = arguments.frames.clone().unwrap_or(0..u64::MAX);
+    let total = scans.scan_count_hint().map(|count| range.end.min(count).saturating_sub(range.start));
+    let bar = progress_bar(total);
+    let report = run_scans(&mut scans, range, config, &options, &mut sinks, &mut |_| bar.inc(1));
+    bar.finish_and_clear();
+    let report = report?;
+    print_report(&report);
+    if let (Some(stem), Some(last)) = (&arguments.map, &report.last) {
+        let [image, yaml] = save_plan(stem, last)?;
+        println!("map: {} and {}", image.display(), yaml.display());
+    }
+    Ok(())
+}
+
+fn print_report(report: &ScanRunReport) {
+    println!("adapter: {}", report.adapter);
+    for note in report.read.read.notes.iter().chain(&report.chosen) {
+        println!("note: {note}");
+    }
+    for (reason, count) in report.read.dropped.reasons() {
+        println!("dropped: {count} points: {}", reason.text());
+    }
+    for skipped in &report.read.read.skipped {
+        println!("skipped {} x {}: {}", skipped.count, skipped.source, skipped.reason);
+    }
+    if let Some(reason) = &report.first_unfit {
+        println!("refused {} scans, the first: {reason}", report.unfit);
+    }
+    let seconds = report.elapsed.as_secs_f64();
+    #[expect(clippy::cast_precision_loss, reason = "scans counted in a run fit in 53 bits")]
+    let scans = report.scans as f64;
+    println!(
+        "{} scans in {seconds:.2} s ({:.1} ms a scan, reading and writing included), pipeline built in {:.0} ms",
+        report.scans,
+        seconds * 1e3 / scans.max(1.0),
+        report.build.as_secs_f64() * 1e3,
+    );
+    if report.without_pose > 0 {
+        println!("{} without a pose", report.without_pose);
+    }
+    if let Some(last) = &report.last {
+        let cells = CellClass::ALL.map(|class| format!("{} {}", last.count(class), class.name()));
+        println!("last scan: {} points; cells: {}", last.points, cells.join(", "));
+    }
+}
