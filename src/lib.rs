@@ -6,6 +6,7 @@ pub mod config;
 pub mod error;
 pub mod frame;
 pub mod geometry;
+pub mod glass;
 pub mod gpu;
 pub mod lidar;
 pub mod network;

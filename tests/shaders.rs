@@ -45,7 +45,7 @@ const PIPELINE: [ShaderSource; 19] = [
 
 /// The passes of the pipeline and of the simulated camera.
 fn all() -> impl Iterator<Item = ShaderSource> {
-    PIPELINE.into_iter().chain(limpid::sim::passes::ALL)
+    PIPELINE.into_iter().chain(limpid::sim::passes::ALL).chain(limpid::stage::glass::ALL)
 }
 
 fn wgsl_files(folder: &Path, found: &mut BTreeSet<String>) {

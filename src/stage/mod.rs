@@ -4,6 +4,7 @@
 pub mod back_project;
 pub mod drm;
 pub mod goal_inflation;
+pub mod glass;
 pub mod inflate;
 pub mod ingest;
 pub mod intensity_classes;

@@ -1,0 +1,122 @@
+//! Labels scans, without a map: the passes of glass alone.
+
+use bytemuck::pod_read_unaligned;
+
+use super::{BeamGrid, GlassCounters, Pane, PointClass};
+use crate::config::Config;
+use crate::error::{Error, Result};
+use crate::geometry::Rigid;
+use crate::gpu::{Chosen, Executor, Plan};
+use crate::recording::points::Scan;
+use crate::stage::glass::{Glass, GlassMoment};
+
+/// Bytes of a point as it is uploaded.
+const POINT_BYTES: u64 = 32;
+
+/// A scan with its labels.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LabelledScan {
+    /// Class and pane id (0: none) of each point, in the scan's order.
+    pub classes: Vec<(PointClass, u32)>,
+    /// The panes that it was labelled by, in the lidar's frame; their ids are those of the points.
+    pub panes: Vec<Pane>,
+    /// What was met.
+    pub counters: GlassCounters,
+    /// GPU time per pass in milliseconds, in order, when profiling.
+    pub pass_ms: Vec<(String, f64)>,
+}
+
+/// Scans in, labels out, one at a time.
+pub struct Labeller {
+    config: Config,
+    glass: Glass,
+    executor: Executor,
+    capacity: u32,
+    load: Option<Vec<Pane>>,
+}
+
+impl Labeller {
+    /// For scans like `first`, of at most `capacity` points.
+    ///
+    /// # Errors
+    /// [`Error::Config`]; [`Error::Input`] for a first scan without points; [`Error::NoAdapter`], [`Error::Limit`],
+    /// [`Error::Gpu`].
+    pub fn open(config: &Config, first: &Scan, capacity: u32, adapter: Option<&str>, profiling: bool) -> Result<Self> {
+        config.validate()?;
+        let glass = Glass { grid: BeamGrid::of_scan(first)? };
+        let plan = plan(&glass, config, capacity)?;
+        let context = Chosen::find(adapter)?.open(&plan.requirements(), profiling)?;
+        let executor = Executor::build(&context, plan)?;
+        Ok(Self { config: config.clone(), glass, executor, capacity, load: None })
+    }
+
+    /// Panes to begin with, in the frame of the poses; they replace those that are kept.
+    pub fn load(&mut self, panes: Vec<Pane>) {
+        self.load = Some(panes);
+    }
+
+    /// Forgets all panes.
+    ///
+    /// # Errors
+    /// [`Error::Gpu`], [`Error::DeviceLost`].
+    pub fn reset(&mut self) -> Result<()> {
+        self.executor.reset()
+    }
+
+    /// The grid of beams.
+    pub fn grid(&self) -> &BeamGrid {
+        &self.glass.grid
+    }
+
+    /// Labels a scan taken at `map_from_lidar`.
+    ///
+    /// # Errors
+    /// [`Error::Input`] for a pose that is no number or too many points; [`Error::Gpu`], [`Error::DeviceLost`].
+    pub fn label(&mut self, scan: &Scan, map_from_lidar: Rigid) -> Result<LabelledScan> {
+        if !(map_from_lidar.rotation.is_finite() && map_from_lidar.translation_m.is_finite()) {
+            return Err(Error::Input { what: "pose".into(), reason: "is not finite".into() });
+        }
+        let points = u32::try_from(scan.points.len()).unwrap_or(u32::MAX);
+        if points > self.capacity {
+            let reason = format!("{points} points; this was opened for {}", self.capacity);
+            return Err(Error::Input { what: "scan".into(), reason });
+        }
+        let load = self.load.take();
+        let moment = GlassMoment { points, map_from_lidar, load: load.as_deref() };
+        let mut input = self.executor.begin()?;
+        input.write("points", bytemuck::cast_slice(&scan.points))?;
+        self.glass.write(&self.config, &moment, &mut input)?;
+        input.submit()?;
+        let missing = || Error::Gpu { what: "labels".into(), reason: "nothing was under way".into() };
+        let readback = self.executor.receive()?.ok_or_else(missing)?;
+        let words = |name: &str| -> Result<Vec<u32>> {
+            let bytes = readback.bytes(self.executor.find(name)?)?;
+            Ok(bytes.chunks_exact(4).map(pod_read_unaligned).collect())
+        };
+        let panes = readback.bytes(self.executor.find("panes")?)?;
+        let panes = panes.chunks_exact(16).skip(1).collect::<Vec<_>>().concat();
+        let panes = panes.chunks_exact(size_of::<Pane>()).map(pod_read_unaligned::<Pane>);
+        let class = |word: &u32| (PointClass::of_number(word.to_le_bytes()[0]), word >> 8);
+        Ok(LabelledScan {
+            classes: words("classes")?.iter().take(scan.points.len()).map(class).collect(),
+            panes: panes.filter(|pane| pane.id != 0).collect(),
+            counters: GlassCounters::of_words(&words("glass_counters")?),
+            pass_ms: readback.spans.iter().map(|(name, span)| (name.to_string(), span.length_ns * 1e-6)).collect(),
+        })
+    }
+}
+
+/// The plan of a scan.
+///
+/// # Errors
+/// [`Error::Plan`], [`Error::Shader`], [`Error::Input`].
+fn plan(glass: &Glass, config: &Config, capacity: u32) -> Result<Plan> {
+    let mut plan = Plan::default();
+    plan.upload("points", u64::from(capacity) * POINT_BYTES)?;
+    glass.append(&mut plan, config, capacity)?;
+    for name in ["classes", "panes", "glass_counters"] {
+        plan.read_back(name)?;
+    }
+    plan.check()?;
+    Ok(plan)
+}
