@@ -5,6 +5,7 @@
 
 mod cli;
 mod config;
+mod eval;
 mod map;
 mod network;
 mod plan;
