@@ -6,6 +6,7 @@
 mod cli;
 mod config;
 mod lidar;
+mod eval;
 mod map;
 mod network;
 mod plan;

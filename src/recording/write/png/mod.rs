@@ -9,13 +9,14 @@ use crate::frame::FrameOutput;
 use crate::lidar::{ScanFrame, ScanOutput};
 use crate::recording::RgbdFrame;
 
-mod canvas;
+pub(crate) mod canvas;
 mod costmap;
 mod font;
 mod plan;
 mod reliability;
 
 use canvas::{Canvas, Rgb, TEXT_HEIGHT};
+pub(crate) use costmap::color_of_cost;
 
 /// Ground of the legends.
 const PANEL: Rgb = [24, 24, 26];
