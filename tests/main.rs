@@ -5,6 +5,7 @@
 
 mod cli;
 mod config;
+mod glass;
 mod lidar;
 mod eval;
 mod map;

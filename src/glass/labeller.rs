@@ -8,10 +8,12 @@ use crate::error::{Error, Result};
 use crate::geometry::Rigid;
 use crate::gpu::{Chosen, Executor, Plan};
 use crate::recording::points::Scan;
-use crate::stage::glass::{Glass, GlassMoment};
+use crate::stage::glass::{Glass, GlassMoment, MOST_POINTS};
 
 /// Bytes of a point as it is uploaded.
 const POINT_BYTES: u64 = 32;
+/// Points that a labeller is built for at least, and in steps of which it grows.
+const CAPACITY_STEP: u32 = 4096;
 
 /// A scan with its labels.
 #[derive(Debug, Clone, PartialEq)]
@@ -36,13 +38,14 @@ pub struct Labeller {
 }
 
 impl Labeller {
-    /// For scans like `first`, of at most `capacity` points.
+    /// For scans like `first`; built anew where one has more points.
     ///
     /// # Errors
     /// [`Error::Config`]; [`Error::Input`] for a first scan without points; [`Error::NoAdapter`], [`Error::Limit`],
     /// [`Error::Gpu`].
-    pub fn open(config: &Config, first: &Scan, capacity: u32, adapter: Option<&str>, profiling: bool) -> Result<Self> {
+    pub fn open(config: &Config, first: &Scan, adapter: Option<&str>, profiling: bool) -> Result<Self> {
         config.validate()?;
+        let capacity = roomy(first.points.len())?;
         let glass = Glass { grid: BeamGrid::of_scan(first)? };
         let plan = plan(&glass, config, capacity)?;
         let context = Chosen::find(adapter)?.open(&plan.requirements(), profiling)?;
@@ -68,6 +71,19 @@ impl Labeller {
         &self.glass.grid
     }
 
+    /// Builds the passes anew for a scan with more points than fit; panes that are kept stay.
+    fn fit(&mut self, points: usize) -> Result<()> {
+        if points <= self.capacity as usize {
+            return Ok(());
+        }
+        let capacity = roomy(points)?;
+        let plan = plan(&self.glass, &self.config, capacity)?;
+        let mut executor = Executor::build(self.executor.context(), plan)?;
+        executor.take_state(&self.executor)?;
+        (self.executor, self.capacity) = (executor, capacity);
+        Ok(())
+    }
+
     /// Labels a scan taken at `map_from_lidar`.
     ///
     /// # Errors
@@ -77,10 +93,7 @@ impl Labeller {
             return Err(Error::Input { what: "pose".into(), reason: "is not finite".into() });
         }
         let points = u32::try_from(scan.points.len()).unwrap_or(u32::MAX);
-        if points > self.capacity {
-            let reason = format!("{points} points; this was opened for {}", self.capacity);
-            return Err(Error::Input { what: "scan".into(), reason });
-        }
+        self.fit(scan.points.len())?;
         let load = self.load.take();
         let moment = GlassMoment { points, map_from_lidar, load: load.as_deref() };
         let mut input = self.executor.begin()?;
@@ -104,6 +117,16 @@ impl Labeller {
             pass_ms: readback.spans.iter().map(|(name, span)| (name.to_string(), span.length_ns * 1e-6)).collect(),
         })
     }
+}
+
+/// Points to build for when a scan has `points`.
+fn roomy(points: usize) -> Result<u32> {
+    let most = u32::try_from(points).unwrap_or(u32::MAX);
+    if most > MOST_POINTS {
+        let reason = format!("{points} points; glass is searched for among at most {MOST_POINTS}");
+        return Err(Error::Input { what: "scan".into(), reason });
+    }
+    Ok((most + most / 8).next_multiple_of(CAPACITY_STEP).min(MOST_POINTS))
 }
 
 /// The plan of a scan.

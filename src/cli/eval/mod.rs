@@ -1,5 +1,6 @@
 //! `limpid eval`: what is scored depends on the kind of input.
 
+mod glass;
 mod pairs;
 mod scenes;
 
@@ -15,12 +16,18 @@ use super::save;
 
 #[derive(Debug, Args)]
 pub(crate) struct EvalArguments {
-    /// Recordings with ground truth (as `limpid sim` writes them), or with --pairs one folder of still pairs; none: scenes are
+    /// Labelled lidar scans (a PLY file or a folder of them), or recordings with ground truth (as `limpid sim` writes them), or with --pairs one folder of still pairs; none: scenes are
     /// generated
     inputs: Vec<PathBuf>,
     /// Score still pairs (colour, depth, reference, mask) that this YAML file lists
     #[arg(long, value_name = "FILE", requires = "inputs")]
     pairs: Option<PathBuf>,
+    /// Poses of the lidar in the map, lines `t x y z qx qy qz qw`, for labelled scans
+    #[arg(long, value_name = "FILE", requires = "inputs")]
+    poses: Option<PathBuf>,
+    /// Whether panes of glass are kept from one labelled scan to the next
+    #[arg(long, value_enum, default_value = "on")]
+    memory: Memory,
     #[command(flatten)]
     scenes: SceneArguments,
     /// Parameters in YAML that all methods share; `fusion` and `weights` are those of drm
@@ -38,6 +45,15 @@ pub(crate) struct EvalArguments {
     /// Use the adapter whose name or driver contains this
     #[arg(long, value_name = "NAME")]
     adapter: Option<String>,
+}
+
+/// Whether panes are kept.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+enum Memory {
+    /// From scan to scan, where there are poses
+    On,
+    /// Every scan by itself
+    Off,
 }
 
 /// Which scenes are generated.
@@ -74,14 +90,19 @@ struct SceneArguments {
 }
 
 impl EvalArguments {
-    fn config(&self) -> Result<Config> {
+    /// The configuration alone.
+    fn base_config(&self) -> Result<Config> {
         let common = super::Common {
             config: self.config.clone(),
             method: None,
             weights: self.weights.clone(),
             adapter: self.adapter.clone(),
         };
-        let config = common.config()?;
+        common.config()
+    }
+
+    fn config(&self) -> Result<Config> {
+        let config = self.base_config()?;
         if config.weights.is_empty() {
             println!("no weights (--weights FILE): method drm is left out");
         }
@@ -109,6 +130,7 @@ pub(crate) fn execute(arguments: &EvalArguments) -> Result<()> {
     match (&arguments.pairs, arguments.inputs.as_slice()) {
         (Some(list), [folder]) => pairs::execute(arguments, list, folder),
         (Some(_), _) => Err(Error::Yaml("--pairs goes with one folder".into())),
+        (None, [path]) if glass::is_scans(path) => glass::execute(arguments, path),
         (None, []) => scenes::generated(arguments),
         (None, recordings) => scenes::recorded(arguments, recordings),
     }
