@@ -33,7 +33,7 @@ var<workgroup> starts: array<u32, LANES>;
 fn counts_at(u: u32, v: u32) -> vec4<u32> {
     let at = v * SURVEY_WIDE + u;
     return vec4(
-        survey[SHOWN * SURVEY_SQUARES + at],
+        survey[SHOWN * SURVEY_SQUARES + at] + survey[SHINING * SURVEY_SQUARES + at],
         survey[DIM * SURVEY_SQUARES + at],
         survey[BRIGHT * SURVEY_SQUARES + at],
         survey[BEYOND * SURVEY_SQUARES + at],
@@ -51,6 +51,18 @@ fn line_sum(line: u32, upright: bool) -> vec4<u32> {
     if !upright && line < SURVEY_HIGH {
         for (var u = bounds.x; u <= bounds.y; u++) {
             sum += counts_at(u, line);
+        }
+    }
+    return sum;
+}
+
+// Beams that go through an upright line of squares of the pane.
+fn through(line: u32) -> u32 {
+    var sum = 0u;
+    if line >= bounds.x && line <= bounds.y {
+        for (var v = bounds.z; v <= bounds.w; v++) {
+            let at = v * SURVEY_WIDE + line;
+            sum += survey[SHOWN * SURVEY_SQUARES + at] + survey[BEYOND * SURVEY_SQUARES + at];
         }
     }
     return sum;
@@ -155,8 +167,7 @@ fn accept(@builtin(local_invocation_index) lane: u32) {
             sum += sums[k];
         }
         let dense = f32(sum.x) >= LEAST_DENSITY * f32(sum.x + sum.y + sum.z + sum.w);
-        accepted = tested && dense && sum.w >= glass_params.min_behind && sum.x > 0u
-            && pane_number < SCAN_PANES;
+        accepted = tested && dense && sum.x > 0u && pane_number < SCAN_PANES;
     }
     workgroupBarrier();
     for (var turn = 0u; turn < 2u; turn++) {
@@ -173,6 +184,16 @@ fn accept(@builtin(local_invocation_index) lane: u32) {
         }
         workgroupBarrier();
     }
+    starts[lane] = through(lane);
+    workgroupBarrier();
+    if lane == 0u {
+        var behind = 0u;
+        for (var k = 0u; k < LANES; k++) {
+            behind += starts[k];
+        }
+        accepted = accepted && behind >= glass_params.min_behind;
+    }
+    workgroupBarrier();
     let pane = pane_under_test();
     let count = found.candidates;
     let each = (count + LANES - 1u) / LANES;

@@ -129,7 +129,7 @@ fn fit(@builtin(local_invocation_index) lane: u32) {
         }
     }
     best[lane] = mine;
-    for (var k = lane; k < 4u * SURVEY_SQUARES; k += LANES) {
+    for (var k = lane; k < SURVEY_COUNTS * SURVEY_SQUARES; k += LANES) {
         survey[k] = 0u;
     }
     workgroupBarrier();

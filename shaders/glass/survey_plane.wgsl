@@ -34,7 +34,8 @@ fn survey_plane(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let shown = (candidate_bits[id.x / 32u] & (1u << (id.x % 32u))) != 0u;
     let dim = found.level.w <= 0.0 || point.w < found.level.w;
-    var kind = select(select(BRIGHT, DIM, dim), SHOWN, shown);
+    let dual = two_returns(first, cells[2u * id.x + 1u]);
+    var kind = select(select(BRIGHT, DIM, dim), select(SHINING, SHOWN, dual), shown);
     kind = select(kind, BEYOND, over >= glass_params.plane_tolerance_m);
     atomicAdd(&survey[kind * SURVEY_SQUARES + u32(v) * SURVEY_WIDE + u32(u)], 1u);
 }

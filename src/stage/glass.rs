@@ -53,7 +53,7 @@ pub const FIT: ShaderSource = ShaderSource {
 /// What beams show of a plane.
 pub const SURVEY: ShaderSource = ShaderSource {
     name: "glass/survey_plane",
-    parts: &[GRID, FOUND, include_str!("../../shaders/glass/survey_plane.wgsl")],
+    parts: &[GRID, RETURNS, FOUND, include_str!("../../shaders/glass/survey_plane.wgsl")],
 };
 /// Panes and their boundaries.
 pub const ACCEPT: ShaderSource = ShaderSource {
@@ -101,8 +101,8 @@ pub const MOST_HYPOTHESES: u32 = 512;
 pub const MOST_POINTS: u32 = 1 << 18;
 /// Invocations that count one hypothesis (`PARTS` of `glass/score`).
 const SCORE_PARTS: u32 = 8;
-/// Squares of the survey, times its four counts.
-const SURVEY_WORDS: u64 = 4 * 8192;
+/// Squares of the survey, times its counts.
+const SURVEY_WORDS: u64 = 5 * 8192;
 /// Counters of a scan.
 pub const COUNTERS_WORDS: usize = 16;
 /// Counts per pane (`PANE_COUNTS`).

@@ -118,8 +118,8 @@ impl GlassRoom {
     /// Classes of all beams around one are as its own, and ranges differ little.
     fn even(&self, row: i32, column: i32) -> bool {
         let here = returns(self, self.way(row, column));
-        (-2..=2).all(|r| {
-            (-4..=4).all(|c| {
+        (-1..=1).all(|r| {
+            (-3..=3).all(|c| {
                 let other = returns(self, self.way(row + r, column + c));
                 let alike = |(a, b): (&(f64, PointClass, f32), &(f64, PointClass, f32))| {
                     a.1 == b.1 && (a.0 - b.0).abs() < 0.2 * a.0

@@ -11,13 +11,15 @@ struct Found {
     level: vec4<f32>,       // its axis u; w: intensity above which a return on it is frame and no glass, 0: not known
 }
 
-// The survey of a plane: squares of SQUARE_M around the foot of the sensor, four counts each.
+// The survey of a plane: squares of SQUARE_M around the foot of the sensor, five counts each.
 const SURVEY_WIDE = 128u;
 const SURVEY_HIGH = 64u;
 const SURVEY_SQUARES = 8192u;
 const SQUARE_M = 0.25;
 
-const SHOWN = 0u;       // beams that end on the plane with a second return or a peak
+const SHOWN = 0u;       // beams that end on the plane and have a second return
 const DIM = 1u;         // others that end on it as weak as glass
 const BRIGHT = 2u;      // others that end on it
 const BEYOND = 3u;      // beams that end behind it
+const SHINING = 4u;     // beams that end on it in an intensity peak, without a second return
+const SURVEY_COUNTS = 5u;
