@@ -36,7 +36,7 @@ fn truth_every_class_is_right_away_from_edges() {
             let [all, wrong, open] = wrong(&labelled, &truth, class);
             assert!(all > 40, "{all} of {class:?}");
             assert_eq!(wrong, 0, "yaw {yaw}, {class:?}: {wrong} of {all}");
-            assert!(20 * open <= all, "yaw {yaw}, {class:?}: {open} of {all} undecided");
+            assert!(50 * open <= all, "yaw {yaw}, {class:?}: {open} of {all} undecided");
         }
     }
 }

@@ -31,7 +31,7 @@ impl Default for GlassRoom {
     }
 }
 
-/// A point's true class, and whether everything around its beam is of the same kind.
+/// A point's true class, and whether everything around its beam is of the same kind (and a reflection's origin is seen).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Truth {
     pub(crate) class: PointClass,
@@ -115,6 +115,15 @@ impl GlassRoom {
         (DVec3::new(self.yaw.cos(), -self.yaw.sin(), 0.0), WALL_X_M - self.sensor_m.x)
     }
 
+    /// Whether the sensor also sees directly what it sees at the end of this way in the pane: only then can a scan prove a
+    /// reflection.
+    fn seen_directly(&self, end_m: DVec3) -> bool {
+        let place = DVec3::new(2.0 * (WALL_X_M - self.sensor_m.x) - end_m.x, end_m.y, end_m.z);
+        let way = place.normalize();
+        let highest = (0.5 * f64::from(ROWS) - 0.5) * 2.0;
+        way.z.asin().to_degrees().abs() < highest && indoors(self.sensor_m, way) > place.length() - 0.05
+    }
+
     /// Classes of all beams around one are as its own, and ranges differ little.
     fn even(&self, row: i32, column: i32) -> bool {
         let here = returns(self, self.way(row, column));
@@ -155,8 +164,12 @@ impl GlassRoom {
                         reserved: 0,
                         label: Point::UNLABELLED,
                     });
-                    let inside = class == PointClass::Inside;
-                    truth.push(Truth { class, away_from_edges: away_from_edges || inside });
+                    let decidable = match class {
+                        PointClass::Inside => true,
+                        PointClass::Reflection => away_from_edges && self.seen_directly(turned),
+                        _ => away_from_edges,
+                    };
+                    truth.push(Truth { class, away_from_edges: decidable });
                 }
             }
         }
