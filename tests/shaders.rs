@@ -11,7 +11,7 @@ use limpid::network::{Backend, all_kernels};
 use limpid::stage::drm::Drm;
 use limpid::stage::{Job, back_project, inflate, ingest, move_window, register_color};
 use limpid::stage::{goal_inflation, intensity_classes, intensity_layers, plan_map, scan_window};
-use limpid::stage::{see_through, spatial_median, tally, update, weigh};
+use limpid::stage::{see_through, spatial_median, tally, trajectory_cost, update, weigh};
 use limpid::weights::Network;
 use limpid::{Error, pipeline};
 
@@ -21,7 +21,7 @@ use crate::support::gpu::skipped;
 use crate::support::run::{open, step};
 use crate::support::scene::{Scene, pose};
 
-const PIPELINE: [ShaderSource; 19] = [
+const PIPELINE: [ShaderSource; 21] = [
     back_project::BACK_PROJECT,
     inflate::PACK,
     inflate::ROWS,
@@ -41,6 +41,8 @@ const PIPELINE: [ShaderSource; 19] = [
     intensity_classes::INTENSITY_CLASSES,
     goal_inflation::GOAL_INFLATION,
     plan_map::PLAN_MAP,
+    trajectory_cost::ROLL_OUT,
+    trajectory_cost::SUM,
 ];
 
 /// The passes of the pipeline and of the simulated camera.
@@ -114,6 +116,7 @@ fn every_pass_is_in_a_plan_that_fits() {
     plans.push(limpid::sim::simulator::plan(&small_room()).unwrap());
     let scans = scan_job();
     plans.push(limpid::lidar::pipeline::plan(&scans, &limpid::lidar::pipeline::stages(&scans)).unwrap());
+    plans.push(limpid::lidar::score::velocity_plan(20, 5, 30).unwrap());
     for source in all() {
         let used = plans.iter().flat_map(|plan| plan.steps()).any(|step| step.shader.name == source.name);
         assert!(used, "`{}` is in no plan", source.name);

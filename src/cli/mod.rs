@@ -10,6 +10,7 @@ mod points;
 mod profile;
 mod run;
 mod scans;
+mod score;
 mod sim;
 
 use std::ops::Range;
@@ -41,6 +42,8 @@ enum Verb {
     Net(net::NetArguments),
     /// Decode the scans of a lidar recording and write each as a PLY file
     Points(points::PointsArguments),
+    /// Score velocities on the plan map of a lidar recording
+    Score(score::ScoreArguments),
     /// Make a ray-traced recording with ground truth, from a scene or a seed
     Sim(sim::SimArguments),
     /// Score all methods against ground truth: on scenes that it makes, on recordings, on still pairs
@@ -99,6 +102,7 @@ pub(crate) fn execute(arguments: Arguments) -> Result<()> {
         }
         Verb::Net(arguments) => net::execute(&arguments),
         Verb::Points(arguments) => points::execute(&arguments),
+        Verb::Score(arguments) => score::execute(&arguments),
         Verb::Sim(arguments) => sim::execute(&arguments),
         Verb::Eval(arguments) => eval::execute(&arguments),
         Verb::Bench(arguments) => bench::execute(&arguments),

@@ -5,12 +5,14 @@ mod output;
 pub mod pipeline;
 mod planes;
 mod run;
+pub mod score;
 
 pub use job::{ScanJob, ScanMoment, ScanStage, Turn};
 pub use output::{CellClass, ScanLayers, ScanOptions, ScanOutput};
 pub use pipeline::ScanPipeline;
 pub use planes::{full_scale, plane_rings};
 pub use run::{ScanRunReport, ScanSink, run_scans};
+pub use score::{Score, Scorer};
 
 use glam::DVec2;
 

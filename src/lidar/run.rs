@@ -161,7 +161,11 @@ fn chosen(pipeline: &ScanPipeline) -> Vec<String> {
         Some([plane, below]) => format!("planes z = 0 and below it: rings {plane} and {below}"),
         None => "planes z = 0 and below it: slabs".into(),
     };
-    let deskew = if job.deskew { "points are placed at their own times" } else { "points are not deskewed" };
+    let deskew = if job.deskew {
+        "points are placed by the poses at their own times, where there are poses"
+    } else {
+        "points are not deskewed"
+    };
     vec![scale, planes, deskew.into()]
 }
 

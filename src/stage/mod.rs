@@ -16,6 +16,7 @@ pub mod scan_window;
 pub mod see_through;
 pub mod spatial_median;
 pub mod tally;
+pub mod trajectory_cost;
 pub mod update;
 pub mod view;
 pub mod weigh;

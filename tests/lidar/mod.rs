@@ -1,3 +1,9 @@
 //! The lidar path as a whole.
 
+mod bad_input;
+mod command;
+mod glass;
+mod numpy;
 mod plan;
+mod poses;
+mod score;

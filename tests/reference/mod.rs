@@ -2,10 +2,14 @@
 
 pub(crate) mod back_project;
 pub(crate) mod drm;
+pub(crate) mod goal_inflation;
 pub(crate) mod inflate;
 pub(crate) mod ingest;
+pub(crate) mod intensity_classes;
+pub(crate) mod intensity_layers;
 pub(crate) mod move_window;
 pub(crate) mod network;
+pub(crate) mod plan_map;
 pub(crate) mod register_color;
 pub(crate) mod see_through;
 pub(crate) mod sim;

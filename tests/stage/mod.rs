@@ -2,9 +2,13 @@
 
 mod back_project;
 mod drm;
+mod goal_inflation;
 mod inflate;
 mod ingest;
+mod intensity_classes;
+mod intensity_layers;
 mod move_window;
+mod plan_map;
 mod register_color;
 mod see_through;
 mod spatial_median;

@@ -1,0 +1,105 @@
+//! Scans that are empty, too large, without what is asked for, or not numbers.
+
+use limpid::config::PlaneSource;
+use limpid::lidar::{CellClass, MAX_POINTS, ScanFrame, ScanOptions, ScanPipeline};
+use limpid::recording::points::Point;
+use limpid::{Config, Error};
+
+use crate::support::gpu::skipped;
+use crate::support::random::Random;
+use crate::support::scan::{open, point, run_one, scan, step, still};
+
+fn refused(config: &Config, frame: &ScanFrame, part: &str) {
+    let error = ScanPipeline::open(config, frame, &ScanOptions::default()).err().unwrap().to_string();
+    assert!(error.contains(part), "{error}");
+}
+
+#[test]
+fn no_points_leave_everything_unknown() {
+    if skipped() {
+        return;
+    }
+    let out = run_one(&Config::default(), &still(scan(0, Vec::new())));
+    assert_eq!(out.count(CellClass::Unknown), 200 * 200);
+    assert!(out.costmap.iter().all(|&cost| cost == 255));
+}
+
+#[test]
+fn a_million_points_work_and_one_more_than_fits_is_refused_by_number() {
+    if skipped() {
+        return;
+    }
+    // All in one cell at full scale: the largest sum there can be.
+    let points = vec![point([1.05, 1.05, 0.2], 255.0); MAX_POINTS];
+    let small = still(scan(0, points[..100].to_vec()));
+    let mut pipeline = open(&Config::default(), &small);
+    let out = step(&mut pipeline, &still(scan(1, points.clone())));
+    assert_eq!((out.points, out.count(CellClass::Solid)), (MAX_POINTS, 1));
+    let high = out.layers.unwrap().grids.iter().find(|g| g.0 == "intensity_1").unwrap().1.clone();
+    assert!((high.iter().copied().fold(0.0, f32::max) - 1.0).abs() < 1e-6, "the mean is exact");
+    let more = still(scan(2, [points, vec![point([1.0, 0.0, 0.0], 1.0)]].concat()));
+    refused(&Config::default(), &more, "1048577 points; at most 1048576");
+    let error = pipeline.submit(&more).unwrap_err();
+    assert!(matches!(error, Error::Input { .. }), "{error}");
+    assert_eq!(step(&mut pipeline, &small).points, 100, "and the next one works");
+}
+
+#[test]
+fn what_the_first_scan_lacks_is_named() {
+    let bare = still(scan(0, vec![point([1.0, 0.0, 0.0], 0.0); 20]));
+    let rings = Config { plane_source: PlaneSource::Rings, ..Config::default() };
+    refused(&rings, &bare, "plane_source rings needs two");
+    let automatic = Config { intensity_full_scale: 0.0, ..Config::default() };
+    refused(&automatic, &bare, "no intensity above 0");
+    refused(&Config { gamma: -1.0, ..Config::default() }, &bare, "gamma");
+}
+
+#[test]
+fn the_full_scale_of_a_percentile_is_reported() {
+    if skipped() {
+        return;
+    }
+    let points: Vec<Point> = (0..=100).map(|i| point([1.05, 0.05, 0.2], f64::from(i))).collect();
+    let config = Config { intensity_full_scale: 0.0, intensity_percentile: 90.0, ..Config::default() };
+    assert_eq!(open(&config, &still(scan(0, points))).job().full_scale, 90.0);
+}
+
+#[test]
+fn a_pose_that_is_missing_or_no_number_is_refused_and_the_map_stays() {
+    if skipped() {
+        return;
+    }
+    let good = still(scan(0, vec![point([1.05, 0.05, 0.2], 255.0)]));
+    let mut pipeline = open(&Config::default(), &good);
+    let before = step(&mut pipeline, &good);
+    for pose in [
+        None,
+        good.pose.map(|mut pose| {
+            pose.map_from_base.translation_m.x = f64::NAN;
+            pose
+        }),
+    ] {
+        let error = pipeline.submit(&ScanFrame { pose, ..good.clone() }).unwrap_err().to_string();
+        assert!(error.contains("pose"), "{error}");
+    }
+    assert_eq!(step(&mut pipeline, &good).classes, before.classes);
+}
+
+#[test]
+fn the_same_scans_give_the_same_bits() {
+    if skipped() {
+        return;
+    }
+    let mut random = Random(3);
+    let mut place = || f64::from(random.unit()) * 16.0 - 8.0;
+    let points: Vec<Point> = (0..5000)
+        .map(|i| {
+            let at = [place(), place(), place() / 16.0];
+            Point { ring: i % 16, ..point(at, 15.0 * (place() + 8.0)) }
+        })
+        .collect();
+    let frame = still(scan(0, points));
+    let (a, b) = (run_one(&Config::default(), &frame), run_one(&Config::default(), &frame));
+    assert_eq!(a, b);
+    assert!(a.count(CellClass::Solid) > 100);
+}

@@ -1,0 +1,129 @@
+//! Transparent cells over time: they stay where they are in the map.
+
+use std::f64::consts::PI;
+
+use glam::{DQuat, DVec3};
+use limpid::Config;
+use limpid::geometry::Rigid;
+use limpid::lidar::{CellClass, ScanFrame, ScanOutput, ScanPose};
+use limpid::recording::points::Point;
+
+use crate::support::gpu::skipped;
+use crate::support::scan::{open, point, posed, scan, step};
+
+fn config() -> Config {
+    Config { scan_map_size_m: 8.0, transparent_threshold: 0.05, ..Config::default() }
+}
+
+fn pose(x: f64, y: f64, yaw: f64) -> ScanPose {
+    let map_from_base = Rigid { rotation: DQuat::from_rotation_z(yaw), translation_m: DVec3::new(x, y, 0.0) };
+    ScanPose { map_from_base, base_from_lidar: Rigid::IDENTITY, sweep: None }
+}
+
+/// The lidar at `pose` before a pane at x = 2 m: ring 1, horizontal, sees a patch of it; ring 0, below, does not. All around
+/// stand dim posts.
+fn frame(index: u64, pose: ScanPose, sees_pane: bool) -> ScanFrame {
+    let mut in_map = Vec::new();
+    if sees_pane {
+        in_map.extend((-3..=3).map(|step| ([2.05, 0.1 * f64::from(step) + 0.05, 0.0], 60.0, 1)));
+    }
+    in_map.extend((0..40).map(|post| {
+        let angle = f64::from(post) * PI / 20.0;
+        ([3.4 * angle.cos() + 0.003, 3.4 * angle.sin() + 0.003, 0.2], 50.0, 2)
+    }));
+    let lidar_from_map = pose.map_from_lidar().inverse();
+    let points = in_map.into_iter().map(|(at, intensity, ring)| {
+        let at = lidar_from_map.transform_point(DVec3::from_array(at));
+        Point { ring, ..point(at.to_array(), intensity) }
+    });
+    // Enough points of the two rings for their elevations, out of the map.
+    let rings = (0..20).flat_map(|at| {
+        let far = |ring, z| Point { ring, ..point([60.0 + f64::from(at), 1.0, z], 1.0) };
+        [far(0, -6.0), far(1, 0.0), far(2, 6.0)]
+    });
+    posed(scan(index, points.chain(rings).collect()), pose)
+}
+
+/// Transparent cells by their place in the map.
+fn glass(out: &ScanOutput) -> Vec<[i64; 2]> {
+    let cell = |at_m: f64| (at_m / out.grid.resolution_m).round() as i64;
+    let origin = [cell(out.grid.origin_x_m), cell(out.grid.origin_y_m)];
+    let all = out.classes.iter().enumerate().filter(|(_, class)| **class == CellClass::Transparent as u8);
+    let width = out.grid.width as usize;
+    all.map(|(at, _)| [origin[0] + (at % width) as i64, origin[1] + (at / width) as i64]).collect()
+}
+
+#[test]
+fn truth_glass_neither_moves_nor_blurs_on_a_way_there_and_back() {
+    if skipped() {
+        return;
+    }
+    let config = config();
+    let first = frame(0, pose(0.0, 0.0, 0.0), true);
+    let mut pipeline = open(&config, &first);
+    let seen = glass(&step(&mut pipeline, &first));
+    assert_eq!(seen.len(), 7, "{seen:?}");
+    let mut index = 0;
+    let mut drive = |x: f64, yaw: f64| {
+        index += 1;
+        glass(&step(&mut pipeline, &frame(index, pose(x, 0.0, yaw), false)))
+    };
+    for tenth in 0..=10 {
+        assert_eq!(drive(0.1 * f64::from(tenth), 0.0), seen);
+    }
+    for turn in 0..50 {
+        assert_eq!(drive(1.0, f64::from(turn + 1) * 7.0_f64.to_radians()), seen, "turn {turn}");
+    }
+    for tenth in (0..=10).rev() {
+        assert_eq!(drive(0.1 * f64::from(tenth), 0.0), seen);
+    }
+}
+
+#[test]
+fn truth_a_pane_grows_and_is_forgotten_out_of_the_window_or_by_decay() {
+    if skipped() {
+        return;
+    }
+    let first = frame(0, pose(0.0, 0.0, 0.0), true);
+    let mut pipeline = open(&config(), &first);
+    let seen = glass(&step(&mut pipeline, &first));
+    // Seen again from half a metre to the side, the patch lies elsewhere on the pane: both are kept.
+    let aside = pose(0.0, 1.0, 0.0);
+    let mut moved = frame(1, aside, true);
+    for point in moved.scan.points.iter_mut().filter(|point| point.ring == 1 && point.x_m < 50.0) {
+        point.y_m += 1.0;
+    }
+    let joined = glass(&step(&mut pipeline, &moved));
+    assert!(joined.len() == 14 && seen.iter().all(|cell| joined.contains(cell)), "{joined:?}");
+    let away = glass(&step(&mut pipeline, &frame(2, pose(-20.0, 0.0, 0.0), false)));
+    assert!(away.is_empty());
+    let back = glass(&step(&mut pipeline, &frame(3, pose(0.0, 0.0, 0.0), false)));
+    assert!(back.is_empty(), "it left the window");
+
+    let fading = Config { transparent_decay_s: 0.02, ..config() };
+    let mut pipeline = open(&fading, &first);
+    assert_eq!(glass(&step(&mut pipeline, &first)).len(), 7);
+    let later: Vec<usize> = (1..5)
+        .map(|index| glass(&step(&mut pipeline, &frame(index, pose(0.0, 0.0, 0.0), false))).len())
+        .collect();
+    assert_eq!(later, [7, 0, 0, 0], "960 steps fall by e^-5 a scan");
+}
+
+#[test]
+fn what_is_remembered_survives_a_larger_scan() {
+    if skipped() {
+        return;
+    }
+    let first = frame(0, pose(0.0, 0.0, 0.0), true);
+    let mut pipeline = open(&config(), &first);
+    pipeline.submit(&first).unwrap();
+    let mut large = frame(1, pose(0.0, 0.0, 0.0), false);
+    let built_for = pipeline.job().capacity as usize;
+    large.scan.points.resize(built_for + 1, point([70.0, 0.0, 0.0], 1.0));
+    pipeline.submit(&large).unwrap();
+    assert!(pipeline.job().capacity as usize > built_for);
+    let outputs: Vec<_> = std::iter::from_fn(|| pipeline.receive().unwrap()).collect();
+    assert_eq!(outputs.iter().map(|out| out.index).collect::<Vec<_>>(), [0, 1]);
+    assert_eq!(glass(&outputs[0]).len(), 7);
+    assert_eq!(glass(&outputs[1]), glass(&outputs[0]));
+}

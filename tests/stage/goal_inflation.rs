@@ -1,0 +1,122 @@
+//! The kernel, and its spread.
+
+use glam::DVec2;
+use limpid::config::{Config, InflationKernel};
+use limpid::gpu::Invocations;
+use limpid::stage::goal_inflation::{GOAL_INFLATION, GoalInflationParams, kernel};
+
+use crate::reference::goal_inflation::{inflate, reaches};
+use crate::support::compare::{EXACT, assert_close, compare};
+use crate::support::gpu::{Fragment, skipped};
+use crate::support::random::Random;
+
+const KERNELS: [InflationKernel; 3] =
+    [InflationKernel::Adaptive, InflationKernel::Symmetric, InflationKernel::Uniform];
+
+fn config(inflation_kernel: InflationKernel) -> Config {
+    Config { inflation_kernel, inflation_length_m: 0.6, inscribed_radius_m: 0.15, ..Config::default() }
+}
+
+fn towards(theta: f64) -> Option<DVec2> {
+    Some(DVec2::from_angle(theta))
+}
+
+fn spread(config: &Config, theta: f64, side: usize, strength: &[u32]) -> Vec<u32> {
+    let kernel = kernel(config, towards(theta));
+    let (taps, inscribed) = (kernel.taps.len() as u32, kernel.inscribed as u32);
+    let params = GoalInflationParams { side: side as u32, taps, inscribed, pad: 0 };
+    let out = Fragment::new()
+        .params("goal_inflation_params", &params)
+        .input("strength", strength)
+        .input("kernel_taps", &kernel.packed())
+        .changed("inflation", &vec![0_u32; 2 * side * side])
+        .run(GOAL_INFLATION, Invocations::line((side * side) as u32));
+    out.words("inflation").to_vec()
+}
+
+#[test]
+fn twin_for_all_kernels_and_directions() {
+    if skipped() {
+        return;
+    }
+    let side = 19;
+    let mut random = Random(8);
+    let strength: Vec<u32> =
+        (0..side * side).map(|_| if random.chance(0.05) { random.below(4080) + 1 } else { 0 }).collect();
+    for (number, inflation_kernel) in KERNELS.into_iter().enumerate() {
+        let config = config(inflation_kernel);
+        for degrees in [0.0, 37.0 + number as f64, 90.0, -90.0, 180.0, 225.0] {
+            let theta = f64::to_radians(degrees);
+            let got = spread(&config, theta, side, &strength);
+            let want: Vec<u32> = inflate(&config, theta, side, &strength).into_iter().flatten().collect();
+            assert_close(&format!("{inflation_kernel:?} at {degrees}"), &got, &want, EXACT);
+            let other: Vec<u32> =
+                inflate(&config, theta + 1.2, side, &strength).into_iter().flatten().collect();
+            let differs = compare("another direction", &got, &other, EXACT).is_err();
+            assert_eq!(differs, inflation_kernel != InflationKernel::Uniform);
+        }
+    }
+}
+
+#[test]
+fn edge_sizes() {
+    if skipped() {
+        return;
+    }
+    let config = config(InflationKernel::Adaptive);
+    for side in [1, 7, 8, 9] {
+        let strength = vec![7; side * side];
+        let want: Vec<u32> = inflate(&config, 0.3, side, &strength).into_iter().flatten().collect();
+        assert_close("spread", &spread(&config, 0.3, side, &strength), &want, EXACT);
+        let nothing = spread(&config, 0.3, side, &vec![0; side * side]);
+        assert!(nothing.iter().all(|&word| word == 0));
+    }
+    Fragment::new()
+        .params("goal_inflation_params", &GoalInflationParams { side: 1, taps: 0, inscribed: 0, pad: 0 })
+        .input("strength", &[0_u32])
+        .input("kernel_taps", &[0_u32])
+        .changed("inflation", &[0_u32; 2])
+        .refuses_nothing(GOAL_INFLATION);
+}
+
+#[test]
+fn truth_the_line_is_as_thick_at_45_degrees_as_along_an_axis() {
+    let symmetric = Config { inflation_length_m: 2.0, ..config(InflationKernel::Symmetric) };
+    for degrees in [0.0_f64, 45.0, 90.0, 30.0] {
+        let line = kernel(&symmetric, towards(degrees.to_radians()));
+        let along = DVec2::from_angle(degrees.to_radians());
+        let widest = line.taps.iter().map(|&[x, y]| DVec2::new(x.into(), y.into()).perp_dot(along).abs());
+        let widest = widest.fold(0.0, f64::max);
+        // The disc of 0.2 m is two cells, the line's half-width one and a half.
+        assert!((1.2..=2.0).contains(&widest), "{degrees}: {widest}");
+    }
+    // Paper form at 45 degrees: shifting both indices thickens nothing; here three diagonals are covered.
+    let line = kernel(&symmetric, towards(std::f64::consts::FRAC_PI_4));
+    for tap in [[10, 10], [10, 9], [9, 10], [10, 11], [-10, -9]] {
+        assert!(line.taps.contains(&tap), "{tap:?}");
+    }
+}
+
+#[test]
+fn truth_adaptive_reaches_back_from_the_goal_and_never_less_than_the_robot() {
+    let ahead = kernel(&config(InflationKernel::Adaptive), towards(0.0));
+    assert!(ahead.taps.contains(&[-6, 0]) && ahead.taps.contains(&[-6, 1]) && !ahead.taps.contains(&[-6, 2]));
+    assert!(!ahead.taps.contains(&[3, 0]) && ahead.taps.contains(&[2, 0]), "only the disc ahead");
+    for theta in [0.0, 1.0, 2.0, 3.0, -1.5] {
+        let wide = Config {
+            inscribed_radius_m: 0.45,
+            inflation_radius_m: 0.55,
+            ..config(InflationKernel::Adaptive)
+        };
+        let taps = kernel(&wide, towards(theta)).taps;
+        let round = (-4..=4).flat_map(|y| (-4..=4).map(move |x| [x, y]));
+        for [x, y] in round.filter(|[x, y]| x * x + y * y <= 20) {
+            assert!(taps.contains(&[x, y]), "{x} {y}");
+            assert!(reaches(&wide, theta, x.into(), y.into()).1);
+        }
+    }
+    let at_goal = kernel(&config(InflationKernel::Adaptive), None);
+    assert!(at_goal.taps.iter().all(|[x, y]| x * x + y * y <= 4) && at_goal.taps.contains(&[0, 0]));
+    let square = kernel(&config(InflationKernel::Uniform), None);
+    assert_eq!(square.taps.len(), 13 * 13);
+}

@@ -1,0 +1,146 @@
+//! Classes of cells, and glass remembered.
+
+use glam::{Vec2, Vec4};
+use limpid::gpu::Invocations;
+use limpid::stage::intensity_classes::{INTENSITY_CLASSES, IntensityClassesParams};
+
+use crate::reference::intensity_classes::{Cell, Limits, classify};
+use crate::support::compare::{EXACT, Tolerance, assert_close};
+use crate::support::gpu::{Fragment, Outputs, skipped};
+use crate::support::random::Random;
+
+const SECTORS: usize = 720;
+const STEP: Tolerance = Tolerance { absolute: 1.0, reason: "f32 against f64 at the half of a step" };
+const LIMITS: Limits = Limits { gamma: 0.5, transparent: 0.1, min_returns: 2 };
+
+fn params(side: usize) -> IntensityClassesParams {
+    let mut heights = [Vec4::splat(0.5); 5];
+    heights[0] = Vec4::new(-0.5, 0.0, 0.5, 0.5);
+    IntensityClassesParams {
+        heights,
+        lidar: Vec2::splat(0.05 * side as f32),
+        side: side as u32,
+        tall: 2,
+        origin_slot_x: 0,
+        origin_slot_y: 0,
+        resolution_m: 0.1,
+        gamma: LIMITS.gamma as f32,
+        transparent_threshold: LIMITS.transparent as f32,
+        solid_value: 1.0,
+        keep_share: 1.0,
+        min_returns: LIMITS.min_returns,
+        rays_per_rad: 286.0,
+        rings_per_rad: 28.6,
+        elevation_low: -0.26,
+        elevation_high: 0.26,
+    }
+}
+
+/// (sum, count) of the four layers of each cell; every beam reaches `reach_m`.
+fn run(
+    params: &IntensityClassesParams,
+    layers: &[[[u32; 2]; 4]],
+    reach_m: f64,
+    remembered: &[u32],
+    constants: &[(&'static str, bool)],
+) -> Outputs {
+    let cells = (params.side * params.side) as usize;
+    let sums: Vec<[u32; 2]> = layers.iter().flatten().copied().collect();
+    Fragment::new()
+        .params("intensity_classes_params", params)
+        .input("layer_sums", &sums)
+        .input("sector_range", &vec![(reach_m * 1024.0) as u32; 2 * SECTORS])
+        .changed("remembered", remembered)
+        .output("cell_class", cells)
+        .output("strength", cells)
+        .output("obstacle_value", cells)
+        .output("layer_values", 4 * cells)
+        .constants(constants)
+        .run(INTENSITY_CLASSES, Invocations::line(params.side * params.side))
+}
+
+fn compare_with_twin(side: usize, seed: u64) {
+    let mut random = Random(seed);
+    let mut layer = || {
+        let count = random.below(6);
+        // Values away from the thresholds, which are multiples of 408 steps a return.
+        let sum = (0..count).map(|_| random.below(9) * 408 + 100 + random.below(200)).sum::<u32>();
+        [sum, count]
+    };
+    let layers: Vec<[[u32; 2]; 4]> = (0..side * side).map(|_| std::array::from_fn(|_| layer())).collect();
+    let remembered: Vec<u32> =
+        (0..side * side).map(|_| if random.chance(0.1) { random.below(4080) } else { 0 }).collect();
+    let out = run(&params(side), &layers, 100.0, &remembered, &[]);
+    let value = |[sum, count]: [u32; 2]| (f64::from(sum) / 4080.0 / f64::from(count.max(1)), count);
+    let want: Vec<[u32; 3]> = layers
+        .iter()
+        .zip(&remembered)
+        .map(|(layers, &remembered)| {
+            let tall = layers[..2].iter().map(|&layer| value(layer)).collect();
+            let (plane, below) = (value(layers[2]), value(layers[3]));
+            classify(&Cell { tall, plane, below, crossed: true, remembered }, &LIMITS)
+        })
+        .collect();
+    let column = |at: usize| want.iter().map(|cell| cell[at]).collect::<Vec<_>>();
+    let classes: Vec<u32> = out.words("cell_class").iter().map(|word| word & 0xff).collect();
+    assert_close("class", &classes, &column(0), EXACT);
+    assert_close("strength", out.words("strength"), &column(1), STEP);
+    assert_close("remembered", out.words("remembered"), &column(2), STEP);
+    if side > 8 {
+        assert!(
+            (0..5).filter(|class| *class != 0).all(|class| classes.contains(&class)),
+            "all classes occur"
+        );
+    }
+}
+
+#[test]
+fn twin_and_edge_sizes() {
+    if skipped() {
+        return;
+    }
+    for (side, seed) in [(1, 1), (7, 2), (8, 3), (9, 4), (17, 5)] {
+        compare_with_twin(side, seed);
+    }
+}
+
+const NONE: [u32; 2] = [0, 0];
+
+#[test]
+fn truth_free_unknown_undecided_glass_and_clearing() {
+    if skipped() {
+        return;
+    }
+    let class = |out: &Outputs| out.words("cell_class")[0] & 0xff;
+    let one = |layers: [[u32; 2]; 4], reach_m: f64| class(&run(&params(1), &[layers], reach_m, &[0], &[]));
+    assert_eq!(one([NONE; 4], 5.0), 1, "crossed");
+    assert_eq!(one([NONE; 4], 0.05), 0, "the beam ended in it");
+    assert_eq!(one([[4080, 1], NONE, NONE, NONE], 5.0), 0, "one return of two needed");
+    assert_eq!(one([[8160, 2], NONE, NONE, NONE], 5.0), 2);
+    assert_eq!(one([[1000, 2], NONE, NONE, NONE], 5.0), 3);
+    let pane = [NONE, [2000, 2], [2000, 2], NONE];
+    assert_eq!(one(pane, 5.0), 4, "the horizontal plane alone saw it");
+    assert_eq!(one([NONE, [2000, 2], [2000, 2], [2000, 2]], 5.0), 3, "the plane below saw it too");
+    assert_eq!(one([NONE, [8160, 2], [8160, 2], NONE], 5.0), 2, "head on so bright that it is solid");
+
+    let keep = run(&params(1), &[[NONE; 4]], 5.0, &[900], &[]);
+    assert_eq!((class(&keep), keep.words("remembered")[0]), (4, 900));
+    let cleared = run(&params(1), &[[NONE; 4]], 5.0, &[900], &[("clearing", true)]);
+    assert_eq!((class(&cleared), cleared.words("remembered")[0]), (1, 0));
+    let decayed = IntensityClassesParams { keep_share: 0.5, ..params(1) };
+    let faded = run(&decayed, &[[NONE; 4]], 5.0, &[900], &[]);
+    assert_eq!(faded.words("remembered")[0], 450);
+}
+
+#[test]
+fn poison_stays_in_its_cell() {
+    if skipped() {
+        return;
+    }
+    let most = [u32::MAX, u32::MAX];
+    let layers = [[most; 4], [[u32::MAX, 0]; 4], [NONE; 4], [[0, u32::MAX]; 4]];
+    let out = run(&params(2), &layers, 1e5, &[u32::MAX, 0, 0, 0], &[]);
+    assert!(out.floats("obstacle_value").iter().chain(&out.floats("layer_values")).all(|v| v.is_finite()));
+    assert!(out.words("cell_class").iter().all(|word| word & 0xff <= 4));
+    assert_eq!(out.words("cell_class")[2] & 0xff, 1);
+}
