@@ -17,6 +17,7 @@ use limpid::{Error, pipeline};
 
 use crate::sim::small_room;
 use crate::support::camera_job::{job, small_map, tiny_camera};
+use crate::support::glass_room::GlassRoom;
 use crate::support::gpu::skipped;
 use crate::support::run::{open, step};
 use crate::support::scene::{Scene, pose};
@@ -47,7 +48,7 @@ const PIPELINE: [ShaderSource; 21] = [
 
 /// The passes of the pipeline and of the simulated camera.
 fn all() -> impl Iterator<Item = ShaderSource> {
-    PIPELINE.into_iter().chain(limpid::sim::passes::ALL).chain(limpid::stage::glass::ALL)
+    PIPELINE.into_iter().chain(limpid::sim::passes::ALL).chain(limpid::stage::glass::LABELLING).chain([limpid::stage::glass::CLEAN, limpid::stage::pane_cells::PANE_CELLS])
 }
 
 fn wgsl_files(folder: &Path, found: &mut BTreeSet<String>) {
@@ -88,7 +89,16 @@ fn scan_job() -> limpid::lidar::ScanJob {
         plane_rings: None,
         deskew: true,
         layers: true,
+        glass: None,
     }
+}
+
+/// The same with glass.
+fn glass_job() -> limpid::lidar::ScanJob {
+    let (scan, _) = GlassRoom::default().scan();
+    let grid = limpid::glass::BeamGrid::of_scan(&scan).unwrap();
+    let glass = limpid::stage::glass::Glass { grid, load: Vec::new() };
+    limpid::lidar::ScanJob { glass: Some(glass), ..scan_job() }
 }
 
 #[test]
@@ -114,8 +124,9 @@ fn every_pass_is_in_a_plan_that_fits() {
     let mut plans: Vec<_> =
         jobs().iter().map(|job| pipeline::plan(job, &pipeline::stages(job)).unwrap()).collect();
     plans.push(limpid::sim::simulator::plan(&small_room()).unwrap());
-    let scans = scan_job();
-    plans.push(limpid::lidar::pipeline::plan(&scans, &limpid::lidar::pipeline::stages(&scans)).unwrap());
+    for scans in [scan_job(), glass_job()] {
+        plans.push(limpid::lidar::pipeline::plan(&scans, &limpid::lidar::pipeline::stages(&scans)).unwrap());
+    }
     plans.push(limpid::lidar::score::velocity_plan(20, 5, 30).unwrap());
     for source in all() {
         let used = plans.iter().flat_map(|plan| plan.steps()).any(|step| step.shader.name == source.name);

@@ -6,7 +6,7 @@ use super::{BeamGrid, GlassCounters, Pane, PointClass};
 use crate::config::Config;
 use crate::error::{Error, Result};
 use crate::geometry::Rigid;
-use crate::gpu::{Chosen, Executor, Plan};
+use crate::gpu::{Chosen, Executor, Plan, Readback};
 use crate::recording::points::Scan;
 use crate::stage::glass::{Glass, GlassMoment, MOST_POINTS};
 
@@ -14,6 +14,8 @@ use crate::stage::glass::{Glass, GlassMoment, MOST_POINTS};
 const POINT_BYTES: u64 = 32;
 /// Points that a labeller is built for at least, and in steps of which it grows.
 const CAPACITY_STEP: u32 = 4096;
+/// Bytes before the panes.
+const HEADER_BYTES: usize = 16;
 
 /// A scan with its labels.
 #[derive(Debug, Clone, PartialEq)]
@@ -26,6 +28,29 @@ pub struct LabelledScan {
     pub counters: GlassCounters,
     /// GPU time per pass in milliseconds, in order, when profiling.
     pub pass_ms: Vec<(String, f64)>,
+}
+
+impl LabelledScan {
+    /// Of a scan of `points` points that came back.
+    ///
+    /// # Errors
+    /// [`Error::Gpu`] where labels were not read back.
+    pub(crate) fn read(readback: &Readback, executor: &Executor, points: usize) -> Result<Self> {
+        let bytes = |name: &str| readback.bytes(executor.find(name)?);
+        let words = |name: &str| -> Result<Vec<u32>> {
+            Ok(bytes(name)?.chunks_exact(4).map(pod_read_unaligned).collect())
+        };
+        let panes = bytes("panes")?.get(HEADER_BYTES..).unwrap_or_default();
+        let panes = panes.chunks_exact(size_of::<Pane>()).map(pod_read_unaligned::<Pane>);
+        let class = |word: &u32| (PointClass::of_number(word.to_le_bytes()[0]), word >> 8);
+        let spans = readback.spans.iter();
+        Ok(Self {
+            classes: words("classes")?.iter().take(points).map(class).collect(),
+            panes: panes.filter(|pane| pane.id != 0).collect(),
+            counters: GlassCounters::of_words(&words("glass_counters")?),
+            pass_ms: spans.map(|(name, span)| (name.to_string(), span.length_ns * 1e-6)).collect(),
+        })
+    }
 }
 
 /// Scans in, labels out, one at a time.
@@ -46,7 +71,7 @@ impl Labeller {
     pub fn open(config: &Config, first: &Scan, adapter: Option<&str>, profiling: bool) -> Result<Self> {
         config.validate()?;
         let capacity = roomy(first.points.len())?;
-        let glass = Glass { grid: BeamGrid::of_scan(first)? };
+        let glass = Glass { grid: BeamGrid::of_scan(first)?, load: Vec::new() };
         let plan = plan(&glass, config, capacity)?;
         let context = Chosen::find(adapter)?.open(&plan.requirements(), profiling)?;
         let executor = Executor::build(&context, plan)?;
@@ -102,20 +127,7 @@ impl Labeller {
         input.submit()?;
         let missing = || Error::Gpu { what: "labels".into(), reason: "nothing was under way".into() };
         let readback = self.executor.receive()?.ok_or_else(missing)?;
-        let words = |name: &str| -> Result<Vec<u32>> {
-            let bytes = readback.bytes(self.executor.find(name)?)?;
-            Ok(bytes.chunks_exact(4).map(pod_read_unaligned).collect())
-        };
-        let panes = readback.bytes(self.executor.find("panes")?)?;
-        let panes = panes.chunks_exact(16).skip(1).collect::<Vec<_>>().concat();
-        let panes = panes.chunks_exact(size_of::<Pane>()).map(pod_read_unaligned::<Pane>);
-        let class = |word: &u32| (PointClass::of_number(word.to_le_bytes()[0]), word >> 8);
-        Ok(LabelledScan {
-            classes: words("classes")?.iter().take(scan.points.len()).map(class).collect(),
-            panes: panes.filter(|pane| pane.id != 0).collect(),
-            counters: GlassCounters::of_words(&words("glass_counters")?),
-            pass_ms: readback.spans.iter().map(|(name, span)| (name.to_string(), span.length_ns * 1e-6)).collect(),
-        })
+        LabelledScan::read(&readback, &self.executor, scan.points.len())
     }
 }
 

@@ -1,13 +1,17 @@
 //! Glass in lidar scans (spec 3): the beams' grid, panes, classes of points, labels of whole scans.
 
 mod grid;
+mod clean;
 mod labeller;
 pub mod metrics;
 mod pane;
+mod store;
 
+pub use self::clean::{CleanPoint, cleaned};
 pub use self::grid::BeamGrid;
 pub use self::labeller::{LabelledScan, Labeller};
 pub use self::pane::Pane;
+pub use self::store::{panes_to_yaml, read_panes};
 use crate::stage::glass::COUNTERS_WORDS;
 
 /// What a point is (spec 3 §5).

@@ -3,6 +3,8 @@
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec3, Vec3, Vec4};
 
+use crate::geometry::Rigid;
+
 /// A pane: the plane `normal . x = distance` and a rectangle on it, in the frame that it is given in. Laid out as shaders
 /// keep it.
 #[repr(C)]
@@ -39,6 +41,25 @@ impl Pane {
         let [u0, u1, v0, v1] = self.extent_m.to_array().map(f64::from);
         let foot = n * f64::from(self.normal.w);
         [[u0, v0], [u1, v0], [u1, v1], [u0, v1]].map(|[a, b]| foot + u * a + v * b)
+    }
+
+    /// Its centre, metres.
+    pub fn centre_m(&self) -> DVec3 {
+        self.corners_m().iter().sum::<DVec3>() / 4.0
+    }
+
+    /// The same pane in another frame.
+    pub fn moved(&self, to_from_frame: Rigid) -> Self {
+        let turned = |v: Vec4| (to_from_frame.rotation * v.truncate().as_dvec3()).as_vec3();
+        let (normal, level) = (turned(self.normal), turned(self.level));
+        let shift = to_from_frame.translation_m.as_vec3();
+        let [u, v] = [level.dot(shift), normal.cross(level).dot(shift)];
+        Self {
+            normal: normal.extend(self.normal.w + normal.dot(shift)),
+            level: level.extend(self.level.w),
+            extent_m: self.extent_m + Vec4::new(u, u, v, v),
+            ..*self
+        }
     }
 
     /// Where a point comes from that the pane mirrors: p' = p - 2 (n . p - d) n (spec 3 §6).

@@ -7,6 +7,7 @@ use crate::error::{Error, Result};
 use crate::geometry::Rigid;
 use crate::glass::{BeamGrid, Pane};
 use crate::gpu::{FrameInput, Invocations, Plan, ShaderSource};
+use crate::lidar::{ScanJob, ScanMoment, ScanStage};
 use crate::stage::{rows, single};
 
 const NUMBERS: &str = include_str!("../../shaders/lib/numbers.wgsl");
@@ -84,8 +85,14 @@ pub const SETTLE: ShaderSource = ShaderSource {
     parts: &[GRID, COUNTERS, PANE, CLASS, include_str!("../../shaders/glass/settle.wgsl")],
 };
 
-/// All passes.
-pub const ALL: [ShaderSource; 14] = [
+/// The cloud as the map takes it.
+pub const CLEAN: ShaderSource = ShaderSource {
+    name: "glass/clean",
+    parts: &[GRID, PANE, CLASS, include_str!("../../shaders/glass/clean.wgsl")],
+};
+
+/// All passes of [`Glass`].
+pub const LABELLING: [ShaderSource; 14] = [
     CLEAR, ORGANIZE, PEAK, CANDIDATE, GATHER, SCORE, FIT, SURVEY, ACCEPT, REMEMBER, MIRROR, AROUND, LABEL, SETTLE,
 ];
 
@@ -182,10 +189,29 @@ pub struct GlassMoment<'a> {
 }
 
 /// The stage: the organized cloud it is built for.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Glass {
     /// Rows and columns of the sensor's beams.
     pub grid: BeamGrid,
+    /// Panes to begin with, in the map.
+    pub load: Vec<Pane>,
+}
+
+impl ScanStage for Glass {
+    fn append(&self, plan: &mut Plan, job: &ScanJob) -> Result<()> {
+        Self::append(self, plan, &job.config, job.capacity)?;
+        plan.scratch("clean_points", u64::from(job.capacity) * 32)?;
+        plan.step(CLEAN, Invocations::line(job.capacity), &[])
+    }
+
+    fn write(&self, moment: &ScanMoment<'_>, input: &mut FrameInput<'_>) -> Result<()> {
+        let glass = GlassMoment {
+            points: u32::try_from(moment.frame.scan.points.len()).unwrap_or(moment.job.capacity),
+            map_from_lidar: moment.pose.map_from_lidar(),
+            load: moment.first.then_some(self.load.as_slice()),
+        };
+        Self::write(self, &moment.job.config, &glass, input)
+    }
 }
 
 impl Glass {

@@ -10,6 +10,7 @@ pub mod ingest;
 pub mod intensity_classes;
 pub mod intensity_layers;
 pub mod move_window;
+pub mod pane_cells;
 pub mod plan_map;
 pub mod register_color;
 pub mod scan_window;

@@ -10,7 +10,9 @@ use crate::recording::RgbdFrame;
 
 mod diagnostics;
 mod exr;
+mod glass;
 mod map_server;
+mod marker;
 mod mcap;
 pub mod message;
 mod ply;
