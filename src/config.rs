@@ -242,6 +242,7 @@ pub struct Config {
 }
 
 impl Default for Config {
+    #[expect(clippy::too_many_lines, reason = "one line for each key")]
     fn default() -> Self {
         Self {
             method: Method::Range,

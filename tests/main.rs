@@ -5,9 +5,9 @@
 
 mod cli;
 mod config;
+mod eval;
 mod glass;
 mod lidar;
-mod eval;
 mod map;
 mod network;
 mod plan;

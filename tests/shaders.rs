@@ -48,7 +48,11 @@ const PIPELINE: [ShaderSource; 21] = [
 
 /// The passes of the pipeline and of the simulated camera.
 fn all() -> impl Iterator<Item = ShaderSource> {
-    PIPELINE.into_iter().chain(limpid::sim::passes::ALL).chain(limpid::stage::glass::LABELLING).chain([limpid::stage::glass::CLEAN, limpid::stage::pane_cells::PANE_CELLS])
+    PIPELINE
+        .into_iter()
+        .chain(limpid::sim::passes::ALL)
+        .chain(limpid::stage::glass::LABELLING)
+        .chain([limpid::stage::glass::CLEAN, limpid::stage::pane_cells::PANE_CELLS])
 }
 
 fn wgsl_files(folder: &Path, found: &mut BTreeSet<String>) {

@@ -146,7 +146,8 @@ fn accept(@builtin(local_invocation_index) lane: u32) {
     let tested = found.inliers > 0u;
     let pane_number = found.panes;
     if lane == 0u {
-        bounds = vec4(0u, SURVEY_WIDE - 1u, 0u, SURVEY_HIGH - 1u);
+        // Without a plane under test all lines are empty.
+        bounds = select(vec4(1u, 0u, 1u, 0u), vec4(0u, SURVEY_WIDE - 1u, 0u, SURVEY_HIGH - 1u), tested);
         accepted = false;
     }
     workgroupBarrier();
@@ -154,14 +155,14 @@ fn accept(@builtin(local_invocation_index) lane: u32) {
     workgroupBarrier();
     if lane == 0u {
         let u = core(SURVEY_WIDE);
-        bounds = vec4(u, bounds.zw);
+        bounds = select(bounds, vec4(u, bounds.zw), tested);
     }
     workgroupBarrier();
     measure(lane, false);
     workgroupBarrier();
     if lane == 0u {
         let v = core(SURVEY_HIGH);
-        bounds = vec4(bounds.xy, v);
+        bounds = select(bounds, vec4(bounds.xy, v), tested);
         var sum = vec4(0u);
         for (var k = v.x; k <= v.y; k++) {
             sum += sums[k];
@@ -174,13 +175,15 @@ fn accept(@builtin(local_invocation_index) lane: u32) {
         measure(lane, true);
         workgroupBarrier();
         if lane == 0u {
-            bounds = vec4(grow(bounds.x, SURVEY_WIDE, false), grow(bounds.y, SURVEY_WIDE, true), bounds.zw);
+            let u = vec2(grow(bounds.x, SURVEY_WIDE, false), grow(bounds.y, SURVEY_WIDE, true));
+            bounds = select(bounds, vec4(u, bounds.zw), tested);
         }
         workgroupBarrier();
         measure(lane, false);
         workgroupBarrier();
         if lane == 0u {
-            bounds = vec4(bounds.xy, grow(bounds.z, SURVEY_HIGH, false), grow(bounds.w, SURVEY_HIGH, true));
+            let v = vec2(grow(bounds.z, SURVEY_HIGH, false), grow(bounds.w, SURVEY_HIGH, true));
+            bounds = select(bounds, vec4(bounds.xy, v), tested);
         }
         workgroupBarrier();
     }

@@ -120,7 +120,9 @@ fn sum_of_counts() -> u32 {
 
 @compute @workgroup_size(LANES)
 fn fit(@builtin(local_invocation_index) lane: u32) {
-    let count = found.candidates;
+    // Too few candidates make no pane; then nothing is done.
+    let enough = found.candidates >= max(glass_params.min_inliers, 3u);
+    let count = select(0u, found.candidates, enough);
     let hypotheses = min(glass_params.hypotheses, MOST_HYPOTHESES);
     var mine = vec2(0u, 0u);
     for (var h = lane; h < hypotheses; h += LANES) {
@@ -129,7 +131,7 @@ fn fit(@builtin(local_invocation_index) lane: u32) {
         }
     }
     best[lane] = mine;
-    for (var k = lane; k < SURVEY_COUNTS * SURVEY_SQUARES; k += LANES) {
+    for (var k = lane; k < select(0u, SURVEY_COUNTS * SURVEY_SQUARES, enough); k += LANES) {
         survey[k] = 0u;
     }
     workgroupBarrier();

@@ -28,7 +28,10 @@ fn mirror(@builtin(global_invocation_id) id: vec3<u32>) {
         let pane = panes.list[k];
         let before = pane.normal.w - dot(pane.normal.xyz, p);
         if pane.id != 0u && before > FRONT_M {
-            atomicMax(&pane_counts[k * PANE_COUNTS + ROOM_DEPTH], u32(before * MM_PER_M));
+            let depth_mm = u32(before * MM_PER_M);
+            if depth_mm > atomicLoad(&pane_counts[k * PANE_COUNTS + ROOM_DEPTH]) {
+                atomicMax(&pane_counts[k * PANE_COUNTS + ROOM_DEPTH], depth_mm);
+            }
             let image = mirrored_in(pane, p);
             let row = elevation_rows[elevation_bin(image)];
             if row < glass_params.rows && first_met(image).slot == k {

@@ -76,7 +76,11 @@ impl BeamGrid {
     /// Rows and columns that lie within an angle to one side, at least one.
     pub fn cells_within(&self, angle_deg: f64) -> [u32; 2] {
         let steps = |step_rad: f64| {
-            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "at most 16 and at least 1")]
+            #[expect(
+                clippy::cast_possible_truncation,
+                clippy::cast_sign_loss,
+                reason = "at most 16 and at least 1"
+            )]
             let steps = (angle_deg.to_radians() / step_rad).round().clamp(1.0, 16.0) as u32;
             steps
         };
@@ -139,7 +143,8 @@ fn elevation_rows(elevations: &[f64], row_step_rad: f64) -> Vec<u32> {
         let angle = (f64::from(bin) + 0.5) * PI / f64::from(ELEVATION_BINS) - FRAC_PI_2;
         let off = |elevation: &f64| (elevation - angle).abs();
         let row = elevations.iter().enumerate().min_by(|a, b| off(a.1).total_cmp(&off(b.1)));
-        row.filter(|(_, elevation)| off(elevation) <= ROW_REACH * row_step_rad).map_or(NONE, |(row, _)| count(row))
+        row.filter(|(_, elevation)| off(elevation) <= ROW_REACH * row_step_rad)
+            .map_or(NONE, |(row, _)| count(row))
     };
     (0..ELEVATION_BINS).map(nearest).collect()
 }

@@ -114,7 +114,8 @@ impl GlassTally {
         }
         for (tally, (wanted, of)) in self.classes.iter_mut().zip(WANTED) {
             let is = label == wanted;
-            let harmless = REFLECTIVE.contains(&label) && matches!(of, PointClass::Inside | PointClass::Glass);
+            let harmless =
+                REFLECTIVE.contains(&label) && matches!(of, PointClass::Inside | PointClass::Glass);
             let called = class == of && !harmless;
             tally.wanted += u64::from(is);
             tally.called += u64::from(called);

@@ -1,7 +1,7 @@
 //! Glass in lidar scans (spec 3): the beams' grid, panes, classes of points, labels of whole scans.
 
-mod grid;
 mod clean;
+mod grid;
 mod labeller;
 pub mod metrics;
 mod pane;
@@ -33,8 +33,7 @@ pub enum PointClass {
 
 impl PointClass {
     /// All of them, in the order of their numbers.
-    pub const ALL: [Self; 5] =
-        [Self::Unlabelled, Self::Inside, Self::Glass, Self::Reflection, Self::Outside];
+    pub const ALL: [Self; 5] = [Self::Unlabelled, Self::Inside, Self::Glass, Self::Reflection, Self::Outside];
 
     /// Of a number as shaders give it; [`Self::Unlabelled`] where it is none.
     pub fn of_number(number: u8) -> Self {

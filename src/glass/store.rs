@@ -36,7 +36,8 @@ struct PaneRecord {
 /// The panes as YAML, in the frame that they are in: the plane `normal . x = distance_m`, and the least and largest values of
 /// u = `level_axis . x` and of v = (`normal` x `level_axis`) . x.
 pub fn panes_to_yaml(panes: &[Pane]) -> String {
-    let list = |values: &[f32]| values.iter().map(|value| format!("{value:?}")).collect::<Vec<_>>().join(", ");
+    let list =
+        |values: &[f32]| values.iter().map(|value| format!("{value:?}")).collect::<Vec<_>>().join(", ");
     let mut text = String::from("# Panes of glass in the map frame, metres.\npanes:");
     text += if panes.is_empty() { " []\n" } else { "\n" };
     for pane in panes {
@@ -77,10 +78,14 @@ fn pane(record: &PaneRecord) -> Result<Pane, String> {
     let (normal, level) = (Vec3::from(record.normal), Vec3::from(record.level_axis));
     let unit = |v: Vec3| (v.length() - 1.0).abs() < UNIT_TOLERANCE;
     let [u0, u1, v0, v1] = record.extent_m;
-    let finite = record.extent_m.iter().chain([&record.distance_m, &record.bright_above]).all(|v| v.is_finite());
+    let finite =
+        record.extent_m.iter().chain([&record.distance_m, &record.bright_above]).all(|v| v.is_finite());
     let sound = unit(normal) && unit(level) && normal.dot(level).abs() < UNIT_TOLERANCE;
     if record.id == 0 || !finite || !sound || u0 >= u1 || v0 >= v1 {
-        return Err(format!("pane {} is none: an id from 1, unit axes at right angles, extents that grow", record.id));
+        return Err(format!(
+            "pane {} is none: an id from 1, unit axes at right angles, extents that grow",
+            record.id
+        ));
     }
     Ok(Pane {
         normal: normal.extend(record.distance_m),

@@ -7,13 +7,15 @@ use super::{MAX_POINTS, ScanFrame, ScanJob, ScanMoment, ScanOptions, ScanOutput,
 use super::{full_scale, plane_rings};
 use crate::config::Config;
 use crate::error::{Error, Result};
+use crate::glass::{BeamGrid, read_panes};
 use crate::gpu::frame::FRAMES_IN_FLIGHT;
 use crate::gpu::{Chosen, Executor, Plan};
-use crate::glass::{BeamGrid, read_panes};
 use crate::receive::seconds_between;
 use crate::recording::points::Scan;
 use crate::stage::glass::Glass;
-use crate::stage::{Window, goal_inflation, intensity_classes, intensity_layers, pane_cells, plan_map, scan_window};
+use crate::stage::{
+    Window, goal_inflation, intensity_classes, intensity_layers, pane_cells, plan_map, scan_window,
+};
 
 /// Points that a pipeline is built for at least, and in steps of which it grows.
 const CAPACITY_STEP: usize = 1 << 14;

@@ -72,8 +72,10 @@ pub const MIRROR: ShaderSource = ShaderSource {
     parts: &[GRID, PANE, MET, CLASS, include_str!("../../shaders/glass/mirror.wgsl")],
 };
 /// Mirrored surfaces around a beam.
-pub const AROUND: ShaderSource =
-    ShaderSource { name: "glass/around_of", parts: &[GRID, include_str!("../../shaders/glass/around_of.wgsl")] };
+pub const AROUND: ShaderSource = ShaderSource {
+    name: "glass/around_of",
+    parts: &[GRID, include_str!("../../shaders/glass/around_of.wgsl")],
+};
 /// Labels by steps 1 and 2.
 pub const LABEL: ShaderSource = ShaderSource {
     name: "glass/label",
@@ -93,7 +95,8 @@ pub const CLEAN: ShaderSource = ShaderSource {
 
 /// All passes of [`Glass`].
 pub const LABELLING: [ShaderSource; 14] = [
-    CLEAR, ORGANIZE, PEAK, CANDIDATE, GATHER, SCORE, FIT, SURVEY, ACCEPT, REMEMBER, MIRROR, AROUND, LABEL, SETTLE,
+    CLEAR, ORGANIZE, PEAK, CANDIDATE, GATHER, SCORE, FIT, SURVEY, ACCEPT, REMEMBER, MIRROR, AROUND, LABEL,
+    SETTLE,
 ];
 
 /// Panes that are searched for in one scan (`SCAN_PANES`).
@@ -107,7 +110,9 @@ pub const MOST_HYPOTHESES: u32 = 512;
 /// Points of a scan that the cells can number (`INDEX_BITS`).
 pub const MOST_POINTS: u32 = 1 << 18;
 /// Invocations that count one hypothesis (`PARTS` of `glass/score`).
-const SCORE_PARTS: u32 = 8;
+const SCORE_PARTS: u32 = 16;
+/// Hypotheses that one invocation counts (`TOGETHER`).
+const SCORED_TOGETHER: u32 = 4;
 /// Squares of the survey, times its counts.
 const SURVEY_WORDS: u64 = 5 * 8192;
 /// Counters of a scan.
@@ -235,7 +240,11 @@ impl Glass {
             let lists = ["candidates_even", "candidates_odd"];
             let (list, left) = if turn % 2 == 0 { (lists[0], lists[1]) } else { (lists[1], lists[0]) };
             let from = [("candidates", list)];
-            plan.step(SCORE, Invocations::area(config.glass_hypotheses, SCORE_PARTS), &from)?;
+            plan.step(
+                SCORE,
+                Invocations::area(config.glass_hypotheses.div_ceil(SCORED_TOGETHER), SCORE_PARTS),
+                &from,
+            )?;
             plan.step(FIT, Invocations::line(1), &from)?;
             plan.step(SURVEY, Invocations::line(size), &[])?;
             plan.step(ACCEPT, Invocations::line(1), &[("candidates", list), ("left", left)])?;

@@ -3,8 +3,8 @@
 
 pub mod back_project;
 pub mod drm;
-pub mod goal_inflation;
 pub mod glass;
+pub mod goal_inflation;
 pub mod inflate;
 pub mod ingest;
 pub mod intensity_classes;

@@ -49,8 +49,7 @@ fn control_a_wrong_class_is_noticed() {
         other => other,
     };
     let classes = truth.iter().map(|t| (swapped(t.class), 1)).collect();
-    let labelled =
-        LabelledScan { classes, panes: vec![], counters: Default::default(), pass_ms: vec![] };
+    let labelled = LabelledScan { classes, panes: vec![], counters: Default::default(), pass_ms: vec![] };
     assert_eq!(wrong(&labelled, &truth, PointClass::Reflection)[1], 0);
     let [all, wrong, _] = wrong(&labelled, &truth, PointClass::Outside);
     assert!(all > 60 && wrong == all);

@@ -15,7 +15,7 @@ fn pose(room: &GlassRoom) -> Rigid {
 }
 
 /// The scan without its first returns on glass, as a sensor that does not see the pane gives it.
-fn blind((mut scan, truth): (Scan, Vec<Truth>)) -> Scan {
+pub(super) fn blind((mut scan, truth): (Scan, Vec<Truth>)) -> Scan {
     scan.points.iter_mut().for_each(|point| point.return_type = ReturnType::First);
     let mut truth = truth.iter();
     scan.points.retain(|_| truth.next().is_some_and(|t| t.class != PointClass::Glass));

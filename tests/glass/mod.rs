@@ -4,6 +4,7 @@ mod bad_input;
 mod labels;
 mod memory;
 mod metrics;
+mod pipeline;
 mod real;
 
 use limpid::Config;

@@ -40,7 +40,8 @@ fn the_labelled_room_reaches_the_goals_of_single_frames_however_it_is_turned() {
         let mut tally = GlassTally::default();
         let mut labeller: Option<Labeller> = None;
         for scan in scans.iter().step_by(2).map(|scan| turned(scan, angle_rad, mirrored)) {
-            let labeller = labeller.get_or_insert_with(|| Labeller::open(&alone(), &scan, None, false).unwrap());
+            let labeller =
+                labeller.get_or_insert_with(|| Labeller::open(&alone(), &scan, None, false).unwrap());
             let labelled = labeller.label(&scan, Rigid::IDENTITY).unwrap();
             assert_eq!(labelled.panes.len(), 1);
             tally.add(&scan, &labelled);
@@ -64,7 +65,9 @@ fn a_recording_without_rings_in_use_gives_a_grid_of_its_beams() {
 
 #[test]
 fn a_street_without_panes_has_none() {
-    let Some(scans) = scans("lidar/veloview-hdl32e-vlp16-strongest/monterey-first-100-packets.pcap") else { return };
+    let Some(scans) = scans("lidar/veloview-hdl32e-vlp16-strongest/monterey-first-100-packets.pcap") else {
+        return;
+    };
     if skipped() {
         return;
     }

@@ -4,8 +4,8 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use limpid::geometry::Rigid;
-use limpid::glass::metrics::{ClassScore, GlassScores, GlassTally};
 use limpid::glass::Labeller;
+use limpid::glass::metrics::{ClassScore, GlassScores, GlassTally};
 use limpid::recording::points::{self, Options, Scan};
 use limpid::recording::trajectory;
 use limpid::{Config, Error, Result};
@@ -44,7 +44,10 @@ pub(super) fn execute(arguments: &EvalArguments, path: &Path) -> Result<()> {
     let config = Config { glass_memory: memory, ..arguments.base_config()? };
     let evaluation = evaluate(arguments, path, &config, poses.as_deref())?;
     if evaluation.scans == 0 {
-        let reason = format!("{} scans without labels, {} without a pose", evaluation.unlabelled_scans, evaluation.scans_without_pose);
+        let reason = format!(
+            "{} scans without labels, {} without a pose",
+            evaluation.unlabelled_scans, evaluation.scans_without_pose
+        );
         return Err(Error::Empty { reason });
     }
     report(arguments, &evaluation, memory)
@@ -99,7 +102,10 @@ fn report(arguments: &EvalArguments, evaluation: &Evaluation, memory: bool) -> R
     #[expect(clippy::cast_precision_loss, reason = "counts of scans and panes are small")]
     let panes = evaluation.panes as f64 / evaluation.scans as f64;
     let memory_word = if memory { "with memory" } else { "every scan by itself" };
-    println!("{} scans, {memory_word}; {panes:.2} panes and {ms_per_scan:.1} ms a scan (median)", evaluation.scans);
+    println!(
+        "{} scans, {memory_word}; {panes:.2} panes and {ms_per_scan:.1} ms a scan (median)",
+        evaluation.scans
+    );
     if evaluation.scans_without_pose + evaluation.unlabelled_scans > 0 {
         let (poses, labels) = (evaluation.scans_without_pose, evaluation.unlabelled_scans);
         println!("passed over: {poses} scans without a pose, {labels} without labels");

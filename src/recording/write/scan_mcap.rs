@@ -4,12 +4,12 @@ use std::path::Path;
 
 use serde_bytes::Bytes;
 
+use super::glass::{cleaned_cloud, labelled_cloud, pane_markers};
 use super::mcap::{GridTopics, occupancy_grid, write_costmap};
 use super::{McapSink, Sink};
 use crate::config::Config;
 use crate::error::Result;
 use crate::lidar::{CellClass, ScanFrame, ScanOutput};
-use super::glass::{cleaned_cloud, labelled_cloud, pane_markers};
 use crate::recording::message::ros2::{Header, TFMessage, TransformStamped};
 
 /// Topics of the plan map.

@@ -7,7 +7,7 @@ use super::costmap::draw_scale_bar;
 use super::{MARGIN, TEXT, legend_entry, with_panel};
 use crate::glass::{LabelledScan, PointClass, cleaned};
 use crate::lidar::ScanOutput;
-use crate::recording::points::Scan;
+use crate::recording::points::{Point, Scan};
 
 /// Side of the picture, pixels.
 const SIDE: u32 = 900;
@@ -16,6 +16,8 @@ const LEGEND_WIDTH: u32 = 900;
 const SHOWN_SHARE: f64 = 0.995;
 /// Steps along a pane.
 const PANE_STEPS: u32 = 1000;
+/// Side of a point, pixels.
+const DOT: i64 = 2;
 
 const GROUND: Rgb = [16, 17, 20];
 const MIRRORED: Rgb = [255, 92, 200];
@@ -37,32 +39,8 @@ pub(super) fn draw(scan: &Scan, labelled: &LabelledScan, output: &ScanOutput) ->
     let side = i64::from(SIDE);
     canvas.fill(0, 0, side, side, GROUND);
     let pixels_per_m = 0.5 * f64::from(SIDE) / reach_m(scan);
-    let mut dot = |place_m: DVec3, color: Rgb, size: i64| {
-        let at = |metres: f64| {
-            #[expect(clippy::cast_possible_truncation, reason = "saturates, and lies outside the picture then")]
-            let pixel = (0.5 * f64::from(SIDE) - metres * pixels_per_m) as i64;
-            pixel
-        };
-        let (x, y) = (at(place_m.y), at(place_m.x));
-        if (0..side - size).contains(&x) && (0..side - size).contains(&y) {
-            canvas.fill(x, y, size, size, color);
-        }
-    };
-    let order = [PointClass::Unlabelled, PointClass::Reflection, PointClass::Inside, PointClass::Outside, PointClass::Glass];
-    for wanted in order {
-        let points = scan.points.iter().zip(&labelled.classes).filter(|(_, (class, _))| *class == wanted);
-        for (point, _) in points {
-            dot(DVec3::from(point.position_m().map(f64::from)), color_of(wanted), 2);
-        }
-    }
-    for point in cleaned(scan, labelled).filter(|point| point.class == PointClass::Reflection) {
-        dot(point.place_m, MIRRORED, 2);
-    }
-    for pane in &labelled.panes {
-        let [a, b, ..] = pane.corners_m();
-        for step in 0..=PANE_STEPS {
-            dot(a.lerp(b, f64::from(step) / f64::from(PANE_STEPS)), PANE, 2);
-        }
+    for (place_m, color) in dots(scan, labelled) {
+        dot(&mut canvas, place_m * pixels_per_m, color);
     }
     draw_scale_bar(&mut canvas, side, pixels_per_m);
     draw_legend(&mut canvas, side + MARGIN);
@@ -76,10 +54,50 @@ pub(super) fn draw(scan: &Scan, labelled: &LabelledScan, output: &ScanOutput) ->
     canvas
 }
 
+/// Places and colours in the order in which they are drawn, those that matter most last.
+fn dots(scan: &Scan, labelled: &LabelledScan) -> Vec<(DVec3, Rgb)> {
+    const ORDER: [PointClass; 5] = [
+        PointClass::Unlabelled,
+        PointClass::Reflection,
+        PointClass::Inside,
+        PointClass::Outside,
+        PointClass::Glass,
+    ];
+    let mut dots = Vec::new();
+    for wanted in ORDER {
+        let points = scan.points.iter().zip(&labelled.classes).filter(|(_, (class, _))| *class == wanted);
+        let place = |point: &Point| DVec3::from(point.position_m().map(f64::from));
+        dots.extend(points.map(|(point, _)| (place(point), color_of(wanted))));
+    }
+    let mirrored = cleaned(scan, labelled).filter(|point| point.class == PointClass::Reflection);
+    dots.extend(mirrored.map(|point| (point.place_m, MIRRORED)));
+    for pane in &labelled.panes {
+        let [a, b, c, d] = pane.corners_m();
+        let (start, end) = (a.midpoint(d), b.midpoint(c));
+        let share = |step: u32| f64::from(step) / f64::from(PANE_STEPS);
+        dots.extend((0..=PANE_STEPS).map(|step| (start.lerp(end, share(step)), PANE)));
+    }
+    dots
+}
+
+/// A dot at a place in pixels from the lidar, x up and y to the left.
+fn dot(canvas: &mut Canvas, place: DVec3, color: Rgb) {
+    #[expect(clippy::cast_possible_truncation, reason = "saturates, and lies outside the picture then")]
+    let [x, y] = [place.y, place.x].map(|way| (0.5 * f64::from(SIDE) - way) as i64);
+    let inside = 0..i64::from(SIDE) - DOT;
+    if inside.contains(&x) && inside.contains(&y) {
+        canvas.fill(x, y, DOT, DOT, color);
+    }
+}
+
 /// Distance from the lidar that the picture shows, metres.
 fn reach_m(scan: &Scan) -> f64 {
-    let mut ways: Vec<f64> =
-        scan.points.iter().map(|p| f64::from(p.x_m.abs().max(p.y_m.abs()))).filter(|w| w.is_finite()).collect();
+    let mut ways: Vec<f64> = scan
+        .points
+        .iter()
+        .map(|p| f64::from(p.x_m.abs().max(p.y_m.abs())))
+        .filter(|w| w.is_finite())
+        .collect();
     ways.sort_by(f64::total_cmp);
     #[expect(
         clippy::cast_possible_truncation,
@@ -93,7 +111,13 @@ fn reach_m(scan: &Scan) -> f64 {
 
 fn draw_legend(canvas: &mut Canvas, y: i64) {
     let mut x = MARGIN;
-    for class in [PointClass::Inside, PointClass::Glass, PointClass::Reflection, PointClass::Outside, PointClass::Unlabelled] {
+    for class in [
+        PointClass::Inside,
+        PointClass::Glass,
+        PointClass::Reflection,
+        PointClass::Outside,
+        PointClass::Unlabelled,
+    ] {
         x = legend_entry(canvas, x, y, class.name(), color_of(class)) - 4;
     }
     x = legend_entry(canvas, x, y, "mirrored", MIRRORED) - 4;
