@@ -1,4 +1,5 @@
-//! Parameters: flat, with units in their names; read from YAML, checked as a whole.
+//! Parameters: flat, with units in their names; read from YAML, checked as a whole. Longer than other files, as it is one list
+//! of keys.
 
 use std::path::Path;
 

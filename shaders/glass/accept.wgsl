@@ -22,6 +22,9 @@ const OPEN_SHARE = 0.3;
 const LEAST_BEAMS = 3u;
 // A frame is no wider than this, metres; a wall ends the pane.
 const WIDEST_FRAME_M = 0.75;
+// A pane stands in a frame or wall: z of the normal below that of 45 degrees. Beams that slip past edges onto the ground give
+// two returns too, and the ground is flat.
+const LEAST_LYING = 0.7;
 // Two panes are farther apart than this, metres.
 const NEAR_PANE_M = 0.3;
 
@@ -168,7 +171,8 @@ fn accept(@builtin(local_invocation_index) lane: u32) {
             sum += sums[k];
         }
         let dense = f32(sum.x) >= LEAST_DENSITY * f32(sum.x + sum.y + sum.z + sum.w);
-        accepted = tested && dense && sum.x > 0u && pane_number < SCAN_PANES;
+        let stands = abs(found.plane.z) < LEAST_LYING;
+        accepted = tested && dense && stands && sum.x > 0u && pane_number < SCAN_PANES;
     }
     workgroupBarrier();
     for (var turn = 0u; turn < 2u; turn++) {
