@@ -26,7 +26,7 @@ fn first(path: &Path, config: &Config) -> ScanFrame {
 #[test]
 fn without_poses_the_map_is_the_lidar_s_own_frame() {
     let folder = tempfile::tempdir().unwrap();
-    save(folder.path(), "a.ply", &scan(0, vec![point([1.0, 0.0, 0.0], 9.0)]));
+    save(folder.path(), "a.ply", &scan(0, vec![Point { ring: 0, ..point([1.0, 0.0, 0.0], 9.0) }]));
     let frame = first(folder.path(), &Config { lidar_frame: "roof".into(), ..Config::default() });
     assert_eq!((frame.map_frame.as_str(), frame.pose), ("roof", Some(ScanPose::SENSOR)));
 }
@@ -34,7 +34,7 @@ fn without_poses_the_map_is_the_lidar_s_own_frame() {
 #[test]
 fn stated_transforms_place_the_scans_of_files() {
     let folder = tempfile::tempdir().unwrap();
-    save(folder.path(), "a.ply", &scan(0, vec![point([1.0, 0.0, 0.0], 9.0)]));
+    save(folder.path(), "a.ply", &scan(0, vec![Point { ring: 0, ..point([1.0, 0.0, 0.0], 9.0) }]));
     let stated = |parent: &str, child: &str, x: f64| StaticTransform {
         parent: parent.into(),
         child: child.into(),
