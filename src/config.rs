@@ -127,6 +127,8 @@ pub struct Config {
     pub cost_scaling_factor: f64,
     /// Share of low-reliability pixels above which a frame is DEGRADED.
     pub degraded_fraction: f64,
+    /// The cloud of trusted points holds every n-th pixel along rows and columns; 0: no cloud is written.
+    pub cloud_stride: u32,
 }
 
 impl Default for Config {
@@ -172,6 +174,7 @@ impl Default for Config {
             inscribed_radius_m: 0.1,
             cost_scaling_factor: 10.0,
             degraded_fraction: 0.5,
+            cloud_stride: 2,
         }
     }
 }
@@ -330,6 +333,9 @@ impl Config {
     }
 
     fn counts(&self) -> Result<()> {
+        if self.cloud_stride > 1024 {
+            return Err(bad_key("cloud_stride", format!("{} is not in 0..=1024", self.cloud_stride)));
+        }
         for (key, value, max) in [
             ("confirmations", self.confirmations, 200),
             ("min_hits", self.min_hits, 1_000_000),
