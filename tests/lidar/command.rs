@@ -95,7 +95,7 @@ fn score_lists_candidates_with_the_cheapest_first() {
         done && worst(1) >= 253 && worst(0) < 253 && worst(2) < 253,
         "straight on it meets the post: {text}"
     );
-    assert_eq!(limpid(&["score", &input, "--v", "fast"]).0, false);
+    assert!(!limpid(&["score", &input, "--v", "fast"]).0);
 }
 
 #[test]

@@ -4,7 +4,9 @@
 use serde::Serialize;
 use serde_bytes::Bytes;
 
-use crate::recording::message::ros2::{CameraInfo, CompressedImage, Header, Image, Pose, TFMessage, Time};
+use crate::recording::message::ros2::{
+    CameraInfo, CompressedImage, Header, Image, PointCloud2, Pose, TFMessage, Time,
+};
 
 /// A message with the name of its type.
 pub trait RosMessage: Serialize {
@@ -26,6 +28,7 @@ ros_types![
     Image = "sensor_msgs/msg/Image",
     CompressedImage = "sensor_msgs/msg/CompressedImage",
     CameraInfo = "sensor_msgs/msg/CameraInfo",
+    PointCloud2 = "sensor_msgs/msg/PointCloud2",
     TFMessage = "tf2_msgs/msg/TFMessage",
     DiagnosticArray = "diagnostic_msgs/msg/DiagnosticArray",
     RosString = "std_msgs/msg/String",

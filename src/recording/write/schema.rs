@@ -36,6 +36,8 @@ const DEFINITIONS: &[Definition] = definitions![
     "sensor_msgs" "CameraInfo",
     "sensor_msgs" "CompressedImage",
     "sensor_msgs" "Image",
+    "sensor_msgs" "PointCloud2",
+    "sensor_msgs" "PointField",
     "sensor_msgs" "RegionOfInterest",
     "std_msgs" "Header",
     "std_msgs" "String",
