@@ -28,15 +28,9 @@ fn byte(index: u32) -> u32 {
     return (color_raw[index / 4u] >> (8u * (index % 4u))) & 0xffu;
 }
 
-// Whether colour lies on the depth grid in every frame: then nothing is projected.
-override always_aligned: bool = false;
-
 // Branches on parameters would make lavapipe compile the pass anew for every frame, so both ways are
 // computed and one is selected.
 fn color_pixel_of(pixel: u32) -> i32 {
-    if always_aligned {
-        return i32(pixel);
-    }
     return select(projected(pixel), i32(pixel), register_color_params.aligned == 1u);
 }
 

@@ -148,6 +148,8 @@ pub struct Config {
     pub cost_scaling_factor: f64,
     /// Share of low-reliability pixels above which a frame is DEGRADED.
     pub degraded_fraction: f64,
+    /// The cloud of trusted points holds every n-th pixel along rows and columns; 0: no cloud is written.
+    pub cloud_stride: u32,
 
     /// Topic with lidar scans; empty: found by message type, packets before clouds.
     pub scan_topic: String,
@@ -243,7 +245,7 @@ pub struct Config {
 }
 
 impl Default for Config {
-    #[expect(clippy::too_many_lines, reason = "one line for each key")]
+    #[expect(clippy::too_many_lines, reason = "a line for each parameter")]
     fn default() -> Self {
         Self {
             method: Method::Range,
@@ -287,6 +289,7 @@ impl Default for Config {
             inscribed_radius_m: 0.1,
             cost_scaling_factor: 10.0,
             degraded_fraction: 0.5,
+            cloud_stride: 2,
             scan_topic: String::new(),
             velodyne_model: None,
             return_codes: ReturnCodes::FirstLast,

@@ -5,7 +5,7 @@ use std::process::{Command, Output};
 
 use crate::support::gpu::skipped;
 
-fn limpid(arguments: &[&str]) -> Output {
+pub(crate) fn limpid(arguments: &[&str]) -> Output {
     command(arguments).output().unwrap()
 }
 
@@ -17,7 +17,7 @@ fn command(arguments: &[&str]) -> Command {
 
 /// Asserts the exit code and that standard error holds all of `parts`.
 #[track_caller]
-fn fails(output: &Output, code: i32, parts: &[&str]) {
+pub(crate) fn fails(output: &Output, code: i32, parts: &[&str]) {
     let text = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(code), "{text}");
     assert!(parts.iter().all(|part| text.contains(part)), "{text}");
@@ -25,16 +25,16 @@ fn fails(output: &Output, code: i32, parts: &[&str]) {
 }
 
 #[track_caller]
-fn succeeds(output: &Output) -> String {
+pub(crate) fn succeeds(output: &Output) -> String {
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     String::from_utf8_lossy(&output.stdout).into_owned()
 }
 
-fn json(path: &Path) -> serde_json::Value {
+pub(crate) fn json(path: &Path) -> serde_json::Value {
     serde_json::from_slice(&std::fs::read(path).unwrap()).unwrap()
 }
 
-const ROOM: &str = "testdata/room.mcap";
+pub(crate) const ROOM: &str = "testdata/room.mcap";
 
 #[test]
 fn wrong_usage_and_wrong_configuration_exit_with_2() {

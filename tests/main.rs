@@ -4,6 +4,7 @@
 #![allow(clippy::cast_possible_truncation, reason = "test data are small and known")]
 
 mod cli;
+mod cli_drm;
 mod config;
 mod eval;
 mod glass;

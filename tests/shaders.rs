@@ -9,7 +9,7 @@ use limpid::config::{Config, Method};
 use limpid::gpu::{Context, Executor, Shader, ShaderSource};
 use limpid::network::{Backend, all_kernels};
 use limpid::stage::drm::Drm;
-use limpid::stage::{Job, back_project, inflate, ingest, move_window, register_color};
+use limpid::stage::{Job, align_color, back_project, inflate, ingest, move_window, register_color};
 use limpid::stage::{goal_inflation, intensity_classes, intensity_layers, plan_map, scan_window};
 use limpid::stage::{see_through, spatial_median, tally, trajectory_cost, update, weigh};
 use limpid::weights::Network;
@@ -22,7 +22,8 @@ use crate::support::gpu::skipped;
 use crate::support::run::{open, step};
 use crate::support::scene::{Scene, pose};
 
-const PIPELINE: [ShaderSource; 21] = [
+const PIPELINE: [ShaderSource; 22] = [
+    align_color::ALIGN_COLOR,
     back_project::BACK_PROJECT,
     inflate::PACK,
     inflate::ROWS,
@@ -80,6 +81,7 @@ fn jobs() -> Vec<Job> {
         plain.clone(),
         Job { confidence: true, images: true, color: Some(color), ..job(&median, tiny_camera()) },
         Job { drm: Some(drm()), color: Some(color), ..plain.clone() },
+        Job { color: Some(tiny_camera()), color_aligned: true, ..plain.clone() },
         Job { layers: false, float_depth: false, ..plain },
     ]
 }

@@ -94,6 +94,9 @@ impl Config {
     }
 
     fn counts(&self) -> Result<()> {
+        if self.cloud_stride > 1024 {
+            return Err(bad_key("cloud_stride", format!("{} is not in 0..=1024", self.cloud_stride)));
+        }
         for (key, value, max) in [
             ("confirmations", self.confirmations, 200),
             ("min_hits", self.min_hits, 1_000_000),

@@ -1,6 +1,7 @@
 //! The stages of a frame, one file each: what it declares and appends to the plan, and its
 //! parameters for one frame. `pipeline.rs` lists them in order.
 
+pub mod align_color;
 pub mod back_project;
 pub mod drm;
 pub mod glass;

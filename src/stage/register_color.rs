@@ -8,6 +8,7 @@ use crate::camera::CameraModel;
 use crate::error::{Error, Result};
 use crate::geometry::Rigid;
 use crate::gpu::{FrameInput, Invocations, Plan, ShaderSource};
+use crate::recording::ColorImage;
 use crate::stage::ingest::aligned_for_upload;
 use crate::stage::see_through::{lens, pinhole};
 use crate::stage::{Job, Moment, Stage, rows};
@@ -61,33 +62,35 @@ pub struct RegisterColor {
     pub camera: CameraModel,
 }
 
+/// The frame's colour image, which has the size of `first`, the camera that the pipeline was built for; `None` where there
+/// is none, or where its place is unknown: it is not shown in a made-up one.
+///
+/// # Errors
+/// [`Error::Input`] for another size.
+pub(super) fn color_of<'a>(moment: &Moment<'a>, first: &CameraModel) -> Result<Option<&'a ColorImage>> {
+    let color = moment.frame.color.as_ref().filter(|_| moment.frame.color_from_depth.is_some());
+    let size = |camera: &CameraModel| (camera.width, camera.height);
+    let Some(other) = color.map(|color| size(&color.camera)).filter(|&now| now != size(first)) else {
+        return Ok(color);
+    };
+    let reason =
+        format!("{}x{} where the recording began with {}x{}", other.0, other.1, first.width, first.height);
+    Err(Error::Input { what: "colour image".into(), reason })
+}
+
 impl Stage for RegisterColor {
     fn append(&self, plan: &mut Plan, job: &Job) -> Result<()> {
         plan.uniform::<RegisterColorParams>("register_color_params")?;
         plan.upload("color_raw", u64::from(self.camera.width) * u64::from(self.camera.height) * 3)?;
         plan.product("color", job.image_bytes(4))?;
-        plan.step(REGISTER_COLOR, Invocations::line(job.pixels()), &[])?;
-        plan.with(&[("always_aligned", job.color_aligned)])
+        plan.step(REGISTER_COLOR, Invocations::line(job.pixels()), &[])
     }
 
     fn write(&self, moment: &Moment<'_>, input: &mut FrameInput<'_>) -> Result<()> {
         let job = moment.job;
-        // Colour whose place is unknown is not shown in a made-up one.
-        let transform = moment.frame.color_from_depth;
-        let color = moment.frame.color.as_ref().filter(|_| transform.is_some());
+        let color = color_of(moment, &self.camera)?;
         let camera = color.map_or(self.camera, |c| c.camera);
-        if (camera.width, camera.height) != (self.camera.width, self.camera.height) {
-            let reason = format!(
-                "{}x{} where the recording began with {}x{}",
-                camera.width, camera.height, self.camera.width, self.camera.height
-            );
-            return Err(Error::Input { what: "colour image".into(), reason });
-        }
-        if job.color_aligned && color.is_some() && !moment.frame.color_is_aligned() {
-            let reason = "leaves the depth grid on which it was when the recording began".into();
-            return Err(Error::Input { what: "colour image".into(), reason });
-        }
-        let transform = transform.unwrap_or(Rigid::IDENTITY);
+        let transform = moment.frame.color_from_depth.unwrap_or(Rigid::IDENTITY);
         let [x, y, z] = rows(transform);
         let [lens_a, lens_b] = lens(&camera);
         let [focal_px, centre_px] = pinhole(&camera);

@@ -1,5 +1,6 @@
 //! Plain scalar twins of the stages, written from the specification.
 
+pub(crate) mod align_color;
 pub(crate) mod back_project;
 pub(crate) mod drm;
 pub(crate) mod goal_inflation;

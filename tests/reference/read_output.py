@@ -67,6 +67,20 @@ def describe_transforms(message):
              **pose(t.transform.translation, t.transform.rotation)} for t in message.transforms]
 
 
+def points(cloud):
+    """The cloud as an array of its fields, all float32 and packed."""
+    names = [field.name for field in cloud.fields]
+    assert [field.offset for field in cloud.fields] == [4 * i for i in range(len(names))]
+    assert cloud.point_step == 4 * len(names) and cloud.row_step == cloud.point_step * cloud.width
+    return np.frombuffer(bytes(cloud.data), np.float32).reshape(cloud.width * cloud.height, len(names))
+
+
+def describe_cloud(cloud):
+    values = points(cloud)
+    return {"points": len(values), "fields": [field.name for field in cloud.fields],
+            "range": [values.min(0).tolist(), values.max(0).tolist()] if len(values) else None}
+
+
 def describe_diagnostics(message):
     return [{"level": s.level if isinstance(s.level, int) else s.level[0], "name": s.name, "message": s.message,
              "values": {v.key: v.value for v in s.values}} for s in message.status]
@@ -76,6 +90,7 @@ DESCRIBE = {
     "nav_msgs/msg/OccupancyGrid": describe_grid,
     "nav2_msgs/msg/Costmap": describe_grid,
     "sensor_msgs/msg/Image": describe_image,
+    "sensor_msgs/msg/PointCloud2": describe_cloud,
     "sensor_msgs/msg/CameraInfo": describe_camera,
     "sensor_msgs/msg/CompressedImage": lambda m: {"format": m.format, "bytes": len(m.data)},
     "tf2_msgs/msg/TFMessage": describe_transforms,
@@ -104,6 +119,9 @@ def check(frames, tau):
         assert (pixels(mono) == np.floor(reliability.astype(np.float32) * np.float32(255) + np.float32(0.5))).all()
         assert (pixels(depth)[reliability <= np.float32(tau)] == 0).all(), "an unreliable pixel kept its depth"
         assert [info.width, info.height] == [depth.width, depth.height]
+    for cloud in frames.get("/limpid/points_trusted", []):
+        values = points(cloud)
+        assert np.isfinite(values).all() and (values[:, 2] > 0).all() and (values[:, 3] > np.float32(tau)).all()
 
 
 def main():

@@ -67,7 +67,8 @@ fn compare_with_twin(side: usize, seed: u64) {
         let sum = (0..count).map(|_| random.below(9) * 408 + 100 + random.below(200)).sum::<u32>();
         [sum, count]
     };
-    let layers: Vec<[[u32; 2]; 4]> = (0..side * side).map(|_| std::array::from_fn(|_| layer())).collect();
+    let mut layers: Vec<[[u32; 2]; 4]> = (0..side * side).map(|_| std::array::from_fn(|_| layer())).collect();
+    layers.iter_mut().skip(1).step_by(7).for_each(|layers| *layers = [NONE; 4]);
     let remembered: Vec<u32> =
         (0..side * side).map(|_| if random.chance(0.1) { random.below(4080) } else { 0 }).collect();
     let out = run(&params(side), &layers, 100.0, &remembered, &[]);

@@ -1,5 +1,6 @@
 //! A test file per stage: truth, twin, edge sizes, poison.
 
+mod align_color;
 mod back_project;
 mod drm;
 mod goal_inflation;

@@ -69,9 +69,13 @@ fn decode<T: for<'a> Deserialize<'a>>(messages: &[Message], topic: &str) -> T {
 }
 
 fn write(input: &RgbdFrame, output: &FrameOutput) -> (TempDir, PathBuf) {
+    write_with(&Config { cloud_stride: 1, ..Config::default() }, input, output)
+}
+
+fn write_with(config: &Config, input: &RgbdFrame, output: &FrameOutput) -> (TempDir, PathBuf) {
     let folder = TempDir::new().unwrap();
     let path = folder.path().join("out.mcap");
-    let mut sink = McapSink::create(&path, &Config::default()).unwrap();
+    let mut sink = McapSink::create(&path, config).unwrap();
     sink.write(input, output).unwrap();
     sink.finish().unwrap();
     (folder, path)
@@ -97,6 +101,7 @@ fn topics_types_and_times() {
         ("/limpid/depth_filtered/camera_info", ("sensor_msgs/msg/CameraInfo", depth)),
         ("/limpid/depth_filtered/image", ("sensor_msgs/msg/Image", depth)),
         ("/limpid/diagnostics", ("diagnostic_msgs/msg/DiagnosticArray", stamp)),
+        ("/limpid/points_trusted", ("sensor_msgs/msg/PointCloud2", depth)),
         ("/limpid/reliability", ("sensor_msgs/msg/Image", depth)),
         ("/limpid/reliability_float", ("sensor_msgs/msg/Image", depth)),
         ("/tf", ("tf2_msgs/msg/TFMessage", depth)),
@@ -210,6 +215,37 @@ fn filtered_depth_keeps_encoding_and_drops_up_to_tau() {
 }
 
 #[test]
+fn trusted_points_are_the_pixels_above_tau() {
+    type Cloud = (Header, u32, u32, Vec<(String, u32, u8, u32)>, bool, u32, u32, ByteBuf, bool);
+    let topic = "/limpid/points_trusted";
+    let (header, height, width, fields, big, step, row_step, data, dense): Cloud =
+        decode(&sample_messages(), topic);
+    assert_eq!(header, (DEPTH_STAMP, "optical".into()));
+    assert_eq!((height, width, big, step, row_step, dense), (1, 3, false, 16, 48, true));
+    let named = |name: &str, offset| (name.to_string(), offset, 7, 1);
+    assert_eq!(fields, [named("x", 0), named("y", 4), named("z", 8), named("reliability", 12)]);
+    // Focal length 146, centre (79.5, 59.5); pixels 0, 1 and 3 of a row of three: the third is tau itself.
+    let at = |u: f64, v: f64, d: f64, r| {
+        [(d * (u - 79.5) / 146.0) as f32, (d * (v - 59.5) / 146.0) as f32, d as f32, r]
+    };
+    let want = [at(0.0, 0.0, 1.0, 1.0), at(1.0, 0.0, 1.001, 0.5), at(0.0, 1.0, 1.003, 0.301)].concat();
+    assert!(
+        floats(&data).iter().zip(&want).all(|(a, b)| (a - b).abs() < 1e-6),
+        "{:?} {want:?}",
+        floats(&data)
+    );
+
+    let input = sample::input(sample::millimetres());
+    let strided = Config { cloud_stride: 2, ..Config::default() };
+    let (_, _, width, .., dense): Cloud =
+        decode(&read(&write_with(&strided, &input, &sample::output()).1), topic);
+    assert_eq!((width, dense), (1, true), "pixel 0; pixel 2 is not trusted");
+    let none = Config { cloud_stride: 0, ..Config::default() };
+    let messages = read(&write_with(&none, &input, &sample::output()).1);
+    assert!(messages.iter().all(|message| message.topic != topic));
+}
+
+#[test]
 fn calibration_is_complete() {
     let topic = "/limpid/depth_filtered/camera_info";
     let k = [146.0, 0.0, 79.5, 0.0, 146.0, 59.5, 0.0, 0.0, 1.0];
@@ -311,7 +347,7 @@ fn a_dropped_sink_leaves_a_complete_file() {
     let mut sink = McapSink::create(&path, &Config::default()).unwrap();
     sink.write(&sample::input(sample::millimetres()), &sample::output()).unwrap();
     drop(sink);
-    assert_eq!(read(&path).len(), 8);
+    assert_eq!(read(&path).len(), 9);
 }
 
 #[test]

@@ -7,6 +7,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use serde_bytes::Bytes;
 
+use super::cloud::TrustedPoints;
 use super::message::{Costmap, CostmapMetaData, MapMetaData, OccupancyGrid, RosMessage};
 use super::ros_file::RosFile;
 use super::{Sink, create_file, diagnostics, encode_error, grid_mismatch, narrow};
@@ -53,8 +54,10 @@ const NAMELESS_CAMERA_FRAME: &str = "camera_optical_frame";
 /// | `/limpid/reliability_float` | `32FC1`, R | depth image |
 /// | `/limpid/depth_filtered/image` | encoding of the recording, 0 where R is at most tau | depth image |
 /// | `/limpid/depth_filtered/camera_info` | its calibration | depth image |
+/// | `/limpid/points_trusted` | `sensor_msgs/PointCloud2` of x, y, z, reliability where R is above tau | depth image |
 ///
-/// The last four need the images to be read back. Images and the last frame of `/tf` bear the depth image's
+/// The last five need the images to be read back; the cloud holds every `cloud_stride`-th pixel both ways, and is left
+/// out where that is 0. Images, cloud and the last frame of `/tf` bear the depth image's
 /// `frame_id`; where it has none, `camera_frame`; where that is empty too, `camera_optical_frame`.
 #[derive(Clone)]
 pub struct McapSink {
@@ -64,6 +67,8 @@ pub struct McapSink {
     base_frame: String,
     camera_frame: String,
     tau: f32,
+    cloud_stride: u32,
+    points: TrustedPoints,
     frames: u64,
 }
 
@@ -80,6 +85,8 @@ impl McapSink {
             base_frame: config.base_frame.clone(),
             camera_frame: config.camera_frame.clone(),
             tau: narrow(config.tau),
+            cloud_stride: config.cloud_stride,
+            points: TrustedPoints::default(),
             frames: 0,
         })
     }
@@ -134,7 +141,13 @@ impl McapSink {
         let size = (depth.camera.width, depth.camera.height);
         self.write_image("/limpid/depth_filtered/image", depth.stamp_ns, header, size, encoding, filtered)?;
         let calibration = CameraInfo::new(header.clone(), &depth.camera);
-        self.put("/limpid/depth_filtered/camera_info", depth.stamp_ns, &calibration)
+        self.put("/limpid/depth_filtered/camera_info", depth.stamp_ns, &calibration)?;
+        if self.cloud_stride == 0 {
+            return Ok(());
+        }
+        let which = (self.tau, self.cloud_stride);
+        let cloud = self.points.of(images, &depth.camera, header.clone(), which);
+        self.put("/limpid/points_trusted", depth.stamp_ns, &cloud)
     }
 
     fn write_image(
@@ -161,12 +174,14 @@ impl McapSink {
     fn check_sizes(&self, depth: &DepthImage, images: &FrameImages) -> Result<()> {
         let pixels = depth.camera.width as usize * depth.camera.height as usize;
         let same_size = (images.width, images.height) == (depth.camera.width, depth.camera.height);
-        if same_size && images.reliability.len() == pixels && depth.samples.len() == pixels {
+        let lengths = [images.reliability.len(), images.depth_m.len(), depth.samples.len()];
+        if same_size && lengths == [pixels; 3] {
             return Ok(());
         }
         let reason = format!(
-            "{} samples and {} reliabilities ({}x{}) do not fit a {}x{} depth image",
+            "{} samples, {} depths and {} reliabilities ({}x{}) do not fit a {}x{} depth image",
             depth.samples.len(),
+            images.depth_m.len(),
             images.reliability.len(),
             images.width,
             images.height,

@@ -8,6 +8,7 @@ use crate::error::{Error, Result};
 use crate::frame::FrameOutput;
 use crate::recording::RgbdFrame;
 
+pub mod cloud;
 mod diagnostics;
 mod exr;
 mod glass;

@@ -8,8 +8,8 @@ use super::{BLACK, MARGIN, TEXT, legend_entry, with_panel};
 use crate::lidar::{CellClass, ScanOutput};
 
 /// Side of the picture that the cells are scaled up to, pixels.
-const TARGET_SIDE: u32 = 800;
-const LEGEND_WIDTH: u32 = 880;
+const TARGET_SIDE: u32 = 1000;
+const LEGEND_WIDTH: u32 = 860;
 
 const UNKNOWN: Rgb = [82, 88, 92];
 const FREE: Rgb = [24, 26, 30];

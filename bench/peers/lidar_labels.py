@@ -1,0 +1,120 @@
+"""What does intensity say of labelled points? `python bench/peers/lidar_labels.py ../shared/data/lidar` (numpy, scipy; after cargo build --release)
+
+RELLIS: intensity per cell and class, and how well a threshold parts solid (tree, bush, fence, person) from passable (grass), by
+measure. 3DRef: what the map holds where glass is labelled. The maps are those of tests/reference/lidar_intensity.py, which the test
+suite holds equal to limpid's cell by cell; thresholds are those of testdata/config."""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+sys.path.insert(0, str(Path(__file__).parents[2] / "tests" / "reference"))
+import lidar_intensity as li
+
+RELLIS = {3: "grass", 4: "tree", 17: "person", 18: "fence", 19: "bush", 23: "concrete", 31: "puddle", 33: "mud"}
+SOLID, PASSABLE = [4, 17, 18, 19], [3]
+BAND_M, CELL_M, HALF_M = (-1.0, 1.0), 0.2, 20.0
+
+
+def cosines(xyz):
+    """Cosine of incidence by planes fitted to 12 neighbours, at least 0.1."""
+    _, near = cKDTree(xyz).query(xyz, 12)
+    around = xyz[near] - xyz[near].mean(1, keepdims=True)
+    _, vectors = np.linalg.eigh(np.einsum("nki,nkj->nij", around, around))
+    beams = xyz / np.linalg.norm(xyz, axis=1, keepdims=True)
+    return np.maximum(np.abs((vectors[:, :, 0] * beams).sum(1)), 0.1)
+
+
+def cells(xyz, labels, band):
+    """Cell of each point, and the commonest label of each cell."""
+    inside = (np.abs(xyz[:, :2]) < HALF_M).all(1) & (xyz[:, 2] >= band[0]) & (xyz[:, 2] <= band[1])
+    index = np.floor((xyz[:, :2] + HALF_M) / CELL_M).astype(int) @ [1, round(2 * HALF_M / CELL_M)]
+    _, cell = np.unique(index[inside], return_inverse=True)
+    votes = np.zeros((cell.max() + 1, 40), int)
+    np.add.at(votes, (cell, labels[inside]), 1)
+    return inside, cell, votes.argmax(1)
+
+
+def best_threshold(value, solid):
+    """Threshold with the best balanced accuracy, solid above it or below it, and the ranks' AUC."""
+    order = np.argsort(value)
+    s, p = solid[order].cumsum() / solid.sum(), (~solid[order]).cumsum() / (~solid).sum()
+    above, below = 0.5 * ((1 - s) + p), 0.5 * (s + (1 - p))
+    at, up = (above.argmax(), True) if above.max() >= below.max() else (below.argmax(), False)
+    ranks = np.empty(len(value))
+    ranks[order] = np.arange(1, len(value) + 1)
+    auc = (ranks[solid].sum() - solid.sum() * (solid.sum() + 1) / 2) / (solid.sum() * (~solid).sum())
+    return value[order][at], up, max(above.max(), below.max()), auc
+
+
+def rellis(data):
+    folder = data / "rellis3d-os1-64-labelled"
+    raw = np.fromfile(folder / "000104.bin", "<f4").reshape(-1, 4)
+    labels = np.fromfile(folder / "000104.label", "<u4") & 0xFFFF
+    hit = np.linalg.norm(raw[:, :3], axis=1) > 0.3
+    xyz, intensity, labels = raw[hit, :3].astype(float), raw[hit, 3].astype(float), labels[hit]
+    intensity = intensity / np.percentile(intensity, 99)
+    distance = np.linalg.norm(xyz, axis=1)
+    for band in (BAND_M, (-2.0, 2.0)):
+        inside, cell, label = cells(xyz, labels, band)
+        count = np.bincount(cell)
+        mean = lambda v: np.bincount(cell, np.minimum(v[inside], 20.0)) / count
+        measures = {
+            "sum / area": np.bincount(cell, np.minimum(intensity[inside], 1.0)) / CELL_M**2,
+            "mean": mean(intensity),
+            "mean, range^2": mean(intensity * (distance / 5) ** 2),
+            "mean, 1/cos": mean(intensity / cosines(xyz)),
+            "mean, range^2 and 1/cos": mean(intensity * (distance / 5) ** 2 / cosines(xyz)),
+            "returns": count.astype(float),
+        }
+        print(f"\n### RELLIS, {band[0]} to {band[1]} m about the lidar, cells of {CELL_M} m\n")
+        print("| class | cells | returns a cell | range m | " + " | ".join(m for m in list(measures)[:3]) + " |\n" + "|---" * 7 + "|")
+        ranges = np.bincount(cell, distance[inside]) / count
+        for number, name in RELLIS.items():
+            of = label == number
+            if of.sum() >= 10:
+                medians = [f"{np.median(v[of]):.3f}" for v in list(measures.values())[:3]]
+                print(f"| {name} | {of.sum()} | {np.median(count[of]):.0f} | {np.median(ranges[of]):.1f} | " + " | ".join(medians) + " |")
+        solid, passable = np.isin(label, SOLID), np.isin(label, PASSABLE)
+        if passable.sum() < 10:
+            print("\nno grass in this band")
+            continue
+        print("\n| measure | AUC | best threshold | balanced accuracy | solid found | passable found |\n|---|---|---|---|---|---|")
+        both = solid | passable
+        for name, value in measures.items():
+            limit, up, accuracy, auc = best_threshold(value[both], solid[both])
+            called = (value > limit) if up else (value <= limit)
+            found = called[solid].mean(), (~called)[passable].mean()
+            print(f"| {name} | {auc:.3f} | {'>' if up else '<='} {limit:.3g} | {accuracy:.3f} | {found[0]:.3f} | {found[1]:.3f} |")
+
+
+def three_d_ref(data, limpid="target/release/limpid"):
+    import subprocess, tempfile
+    p = li.DEFAULT | li.CASES["3dref-hesai-qt64-dual"]
+    n = round(p["size"] / p["cell"])
+    rows = []
+    with tempfile.TemporaryDirectory() as folder:
+        subprocess.run([limpid, "points", str(data / "3dref-hesai-qt64-dual"), "-o", folder], check=True, capture_output=True)
+        for path in sorted(Path(folder).glob("*.ply")):
+            points = li.read_ply(path)
+            kinds = li.classify(*li.layers(points, p, n), p, n)[1]
+            band = (points["z"] >= p["heights"][0]) & (points["z"] <= p["heights"][-1])
+            at = [np.floor(points[axis] / p["cell"]).astype(int) + n // 2 for axis in ("x", "y")]
+            inside = band & (np.minimum(*at) >= 0) & (np.maximum(*at) < n)
+            cell = (at[1] * n + at[0])[inside]
+            glass = np.bincount(cell[points["label"][inside] == 2], minlength=n * n) > 0
+            other = (np.bincount(cell[np.isin(points["label"][inside], (1, 3, 4))], minlength=n * n) > 0) & ~glass
+            rows.append([glass.sum()] + [(kinds[glass] == k).mean() for k in (li.TRANSPARENT, li.SOLID, li.PASSABLE)]
+                        + [other.sum(), (kinds[other] == li.TRANSPARENT).mean(), (kinds[other] == li.SOLID).mean()])
+    print(f"\n### 3DRef, Gamma {p['gamma']}, transparent from {p['threshold']}, {p['heights'][0]} to {p['heights'][-1]} m, single scans\n")
+    print("| scan | glass cells | transparent | solid | passable | other cells | transparent | solid |\n" + "|---" * 8 + "|")
+    for number, row in enumerate([*rows, np.mean(rows, axis=0)]):
+        name = number if number < len(rows) else "mean"
+        print(f"| {name} | {row[0]:.0f} | {row[1]:.3f} | {row[2]:.3f} | {row[3]:.3f} | {row[4]:.0f} | {row[5]:.3f} | {row[6]:.3f} |")
+
+
+if __name__ == "__main__":
+    rellis(Path(sys.argv[1]))
+    three_d_ref(Path(sys.argv[1]))
