@@ -3,6 +3,7 @@
 pub(crate) mod align_color;
 pub(crate) mod back_project;
 pub(crate) mod drm;
+pub(crate) mod glass;
 pub(crate) mod goal_inflation;
 pub(crate) mod inflate;
 pub(crate) mod ingest;

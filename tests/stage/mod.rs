@@ -3,6 +3,7 @@
 mod align_color;
 mod back_project;
 mod drm;
+mod glass;
 mod goal_inflation;
 mod inflate;
 mod ingest;
