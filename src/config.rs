@@ -25,6 +25,16 @@ pub enum Method {
     Drm,
 }
 
+/// What a pixel of reliability R above tau counts (spec 1 §2, §3).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Fusion {
+    /// R, as in the paper.
+    Weight,
+    /// 1.
+    Gate,
+}
+
 /// A transform that the recording lacks, stated by the user: pose of `child` in `parent`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -47,6 +57,8 @@ pub struct Config {
     pub method: Method,
     /// Weight file of DRM-Net (safetensors), for method drm.
     pub weights: String,
+    /// What a pixel of reliability R above tau counts: R, or 1.
+    pub fusion: Fusion,
 
     /// Depth image topic; empty: found by message type and name.
     pub depth_topic: String,
@@ -136,6 +148,7 @@ impl Default for Config {
         Self {
             method: Method::Range,
             weights: String::new(),
+            fusion: Fusion::Weight,
             depth_topic: String::new(),
             depth_info_topic: String::new(),
             color_topic: String::new(),

@@ -18,7 +18,7 @@ pub mod weigh;
 use glam::{DVec3, Vec4};
 
 use crate::camera::CameraModel;
-use crate::config::{Config, Method};
+use crate::config::{Config, Fusion, Method};
 use crate::error::Result;
 use crate::frame::Grid;
 use crate::geometry::Rigid;
@@ -57,6 +57,11 @@ impl Job {
     /// Whether pixels carry weights of their own.
     pub fn weighted(&self) -> bool {
         self.confidence || self.drm.is_some()
+    }
+
+    /// Whether weights above tau count fully.
+    pub fn gated(&self) -> bool {
+        self.config.fusion == Fusion::Gate
     }
 
     /// The buffer that back-projection and clearing take their depth from.
