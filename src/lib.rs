@@ -4,6 +4,7 @@ pub mod bench;
 pub mod camera;
 pub mod config;
 pub mod error;
+pub mod eval;
 pub mod frame;
 pub mod geometry;
 pub mod gpu;

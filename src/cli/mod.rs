@@ -3,6 +3,7 @@
 mod bench;
 mod config;
 mod demo;
+mod eval;
 mod info;
 mod net;
 mod points;
@@ -41,6 +42,8 @@ enum Verb {
     Points(points::PointsArguments),
     /// Make a ray-traced recording with ground truth, from a scene or a seed
     Sim(sim::SimArguments),
+    /// Score all methods against ground truth: on scenes that it makes, on recordings, on still pairs
+    Eval(eval::EvalArguments),
     /// Measure time per pass and per frame
     Bench(bench::BenchArguments),
     /// Write a trace of frames and passes that Perfetto (ui.perfetto.dev) opens
@@ -96,6 +99,7 @@ pub(crate) fn execute(arguments: Arguments) -> Result<()> {
         Verb::Net(arguments) => net::execute(&arguments),
         Verb::Points(arguments) => points::execute(&arguments),
         Verb::Sim(arguments) => sim::execute(&arguments),
+        Verb::Eval(arguments) => eval::execute(&arguments),
         Verb::Bench(arguments) => bench::execute(&arguments),
         Verb::Profile(arguments) => profile::execute(&arguments),
     }

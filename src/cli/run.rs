@@ -112,7 +112,7 @@ pub(super) fn run_with_progress(
 }
 
 /// On standard error, hidden where that is no terminal.
-fn progress_bar(total: Option<u64>) -> ProgressBar {
+pub(super) fn progress_bar(total: Option<u64>) -> ProgressBar {
     if !std::io::stderr().is_terminal() {
         return ProgressBar::hidden();
     }

@@ -15,7 +15,7 @@ mod map_server;
 mod mcap;
 pub mod message;
 mod ply;
-mod png;
+pub(crate) mod png;
 mod ros_file;
 mod schema;
 

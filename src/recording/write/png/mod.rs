@@ -8,12 +8,13 @@ use crate::error::Result;
 use crate::frame::FrameOutput;
 use crate::recording::RgbdFrame;
 
-mod canvas;
+pub(crate) mod canvas;
 mod costmap;
 mod font;
 mod reliability;
 
 use canvas::{Canvas, Rgb, TEXT_HEIGHT};
+pub(crate) use costmap::color_of_cost;
 
 /// Ground of the legends.
 const PANEL: Rgb = [24, 24, 26];
