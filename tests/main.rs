@@ -6,6 +6,7 @@
 mod cli;
 mod cli_drm;
 mod config;
+mod eval;
 mod map;
 mod network;
 mod plan;

@@ -62,6 +62,9 @@ struct SceneArguments {
     /// Seed of the first scene; training has those below 5000
     #[arg(long, value_name = "N", default_value_t = 5000)]
     first_seed: u64,
+    /// Size of the images, a multiple of 8 pixels wide [default: 848x480]
+    #[arg(long, value_name = "WxH", value_parser = super::sim::parse_size)]
+    size: Option<(u32, u32)>,
     /// Draw imager, projector and matcher settings from the seed, as in training
     #[arg(long)]
     vary_sensor: bool,

@@ -61,9 +61,13 @@ pub(super) fn recorded(arguments: &EvalArguments, recordings: &[PathBuf]) -> Res
 fn scene(arguments: &EvalArguments, level: Level, seed: u64) -> Result<Scene> {
     let wanted = &arguments.scenes;
     let mut scene = generate(wanted.family, level, seed, wanted.frames)?;
+    if let Some((width, height)) = wanted.size {
+        (scene.camera.width, scene.camera.height) = (width, height);
+    }
     if wanted.vary_sensor {
         vary_sensor(&mut scene);
     }
+    scene.validate()?;
     Ok(scene)
 }
 
