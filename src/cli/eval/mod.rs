@@ -47,12 +47,12 @@ struct SceneArguments {
     /// Scenes of each level
     #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u32).range(1..))]
     scenes: u32,
-    /// Three scenes of each level
+    /// Three scenes of each level, 24 frames each
     #[arg(long, conflicts_with = "scenes")]
     quick: bool,
-    /// Frames of each scene; the first ten are not scored
-    #[arg(long, value_name = "N", default_value_t = 30, value_parser = clap::value_parser!(u32).range(11..))]
-    frames: u32,
+    /// Frames of each scene, of which the first ten are not scored [default: 30]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(11..))]
+    frames: Option<u32>,
     /// Which generator; no scene of held-out is ever trained on
     #[arg(long, value_enum, default_value = "train")]
     family: Family,
@@ -71,6 +71,17 @@ struct SceneArguments {
     /// Keep every scene's counts here, and take those that are there already
     #[arg(long, value_name = "DIR")]
     keep: Option<PathBuf>,
+}
+
+impl SceneArguments {
+    /// Scenes of each level.
+    fn count(&self) -> u32 {
+        if self.quick { 3 } else { self.scenes }
+    }
+
+    fn frames(&self) -> u32 {
+        self.frames.unwrap_or(if self.quick { 24 } else { 30 })
+    }
 }
 
 impl EvalArguments {

@@ -16,13 +16,10 @@ use serde::{Deserialize, Serialize};
 use super::{EvalArguments, make_folder};
 use crate::cli::run::progress_bar;
 
-/// Scenes of each level with --quick.
-const QUICK: u32 = 3;
-
 pub(super) fn generated(arguments: &EvalArguments) -> Result<()> {
     let wanted = &arguments.scenes;
     let judge = Judge::new(arguments)?;
-    let count = if wanted.quick { QUICK } else { wanted.scenes };
+    let count = wanted.count();
     let bar = progress_bar(Some(u64::from(count) * wanted.levels.len() as u64));
     let mut results = Vec::new();
     // Levels take turns, so that a run that is cut short has something of each.
@@ -40,7 +37,8 @@ pub(super) fn generated(arguments: &EvalArguments) -> Result<()> {
     let family = if wanted.family == limpid::sim::generate::Family::Train { "train" } else { "held-out" };
     let title = format!(
         "{count} scenes a level of family {family} from seed {}, {} frames each",
-        wanted.first_seed, wanted.frames
+        wanted.first_seed,
+        wanted.frames()
     );
     judge.finish(&title, results)
 }
@@ -60,7 +58,7 @@ pub(super) fn recorded(arguments: &EvalArguments, recordings: &[PathBuf]) -> Res
 
 fn scene(arguments: &EvalArguments, level: Level, seed: u64) -> Result<Scene> {
     let wanted = &arguments.scenes;
-    let mut scene = generate(wanted.family, level, seed, wanted.frames)?;
+    let mut scene = generate(wanted.family, level, seed, wanted.frames())?;
     if let Some((width, height)) = wanted.size {
         (scene.camera.width, scene.camera.height) = (width, height);
     }

@@ -30,7 +30,7 @@ const ORDER: [&str; 8] =
 impl Report {
     /// Sums `results` up.
     pub fn new(title: &str, results: &[SceneResult]) -> Self {
-        let scenes = results.iter().map(|result| (format!("{} {}", result.level, result.name), None));
+        let scenes = results.iter().map(|result| (result.name.clone(), None));
         Self { title: title.into(), levels: summarize(results), scenes: scenes.collect() }
     }
 }
