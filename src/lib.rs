@@ -14,6 +14,7 @@ pub mod recording;
 pub mod run;
 pub mod sim;
 pub mod stage;
+pub mod targets;
 pub mod weights;
 
 pub use config::Config;

@@ -9,6 +9,7 @@ mod points;
 mod profile;
 mod run;
 mod sim;
+mod targets;
 
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -41,6 +42,8 @@ enum Verb {
     Points(points::PointsArguments),
     /// Make a ray-traced recording with ground truth, from a scene or a seed
     Sim(sim::SimArguments),
+    /// Write training samples: the network's inputs, reference depth and targets
+    Targets(targets::TargetsArguments),
     /// Measure time per pass and per frame
     Bench(bench::BenchArguments),
     /// Write a trace of frames and passes that Perfetto (ui.perfetto.dev) opens
@@ -96,6 +99,7 @@ pub(crate) fn execute(arguments: Arguments) -> Result<()> {
         Verb::Net(arguments) => net::execute(&arguments),
         Verb::Points(arguments) => points::execute(&arguments),
         Verb::Sim(arguments) => sim::execute(&arguments),
+        Verb::Targets(arguments) => targets::execute(&arguments),
         Verb::Bench(arguments) => bench::execute(&arguments),
         Verb::Profile(arguments) => profile::execute(&arguments),
     }

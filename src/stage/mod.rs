@@ -11,6 +11,7 @@ pub mod register_color;
 pub mod see_through;
 pub mod spatial_median;
 pub mod tally;
+pub mod targets;
 pub mod update;
 pub mod view;
 pub mod weigh;
