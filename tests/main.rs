@@ -16,5 +16,6 @@ mod shaders;
 mod sim;
 mod stage;
 mod support;
+mod targets;
 mod weights;
 mod write;

@@ -10,7 +10,7 @@ use limpid::gpu::{Context, Executor, Shader, ShaderSource};
 use limpid::network::{Backend, all_kernels};
 use limpid::stage::drm::Drm;
 use limpid::stage::{Job, align_color, back_project, inflate, ingest, move_window, register_color};
-use limpid::stage::{see_through, spatial_median, tally, update, weigh};
+use limpid::stage::{see_through, spatial_median, tally, targets, update, weigh};
 use limpid::weights::Network;
 use limpid::{Error, pipeline};
 
@@ -19,6 +19,8 @@ use crate::support::camera_job::{job, small_map, tiny_camera};
 use crate::support::gpu::skipped;
 use crate::support::run::{open, step};
 use crate::support::scene::{Scene, pose};
+
+const TARGETS: [ShaderSource; 4] = [targets::REMEMBER, targets::REPROJECT, targets::AGREE, targets::JUDGE];
 
 const PIPELINE: [ShaderSource; 15] = [
     align_color::ALIGN_COLOR,
@@ -38,9 +40,9 @@ const PIPELINE: [ShaderSource; 15] = [
     weigh::WEIGH,
 ];
 
-/// The passes of the pipeline and of the simulated camera.
+/// The passes of the pipeline, of training targets and of the simulated camera.
 fn all() -> impl Iterator<Item = ShaderSource> {
-    PIPELINE.into_iter().chain(limpid::sim::passes::ALL)
+    PIPELINE.into_iter().chain(TARGETS).chain(limpid::sim::passes::ALL)
 }
 
 fn wgsl_files(folder: &Path, found: &mut BTreeSet<String>) {
@@ -96,6 +98,8 @@ fn every_pass_is_in_a_plan_that_fits() {
     let mut plans: Vec<_> =
         jobs().iter().map(|job| pipeline::plan(job, &pipeline::stages(job)).unwrap()).collect();
     plans.push(limpid::sim::simulator::plan(&small_room()).unwrap());
+    let colored = Job { color: Some(tiny_camera()), ..job(&small_map(), tiny_camera()) };
+    plans.push(limpid::targets::plan(&colored, &targets::Rule::default(), true).unwrap());
     for source in all() {
         let used = plans.iter().flat_map(|plan| plan.steps()).any(|step| step.shader.name == source.name);
         assert!(used, "`{}` is in no plan", source.name);

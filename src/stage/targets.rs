@@ -322,7 +322,10 @@ pub fn reproject_params(job: &Job, views: &[View]) -> ReprojectParams {
     let camera = &job.depth;
     let [lens_a, lens_b] = lens(camera);
     let [focal_px, centre_px] = pinhole(camera);
-    let [field_min, field_max] = field(camera);
+    let [least, most] = field(camera);
+    // The field only keeps rays out that a lens model folds back into the image: half a pixel more at the border, for rounding.
+    let margin = 0.6 / focal_px;
+    let (field_min, field_max) = (least - margin, most + margin);
     let mut params = ReprojectParams {
         lens_a,
         lens_b,

@@ -115,8 +115,13 @@ impl std::fmt::Display for Distance {
         if !self.truth {
             return write!(f, "reference covers {:.1} %", percent(self.all.covered, self.all.pixels));
         }
-        let rows =
-            [("all", self.all), ("matt", self.matt), ("glossy", self.glossy), ("glass", self.glass), ("mirror", self.mirror)];
+        let rows = [
+            ("all", self.all),
+            ("matt", self.matt),
+            ("glossy", self.glossy),
+            ("glass", self.glass),
+            ("mirror", self.mirror),
+        ];
         writeln!(f, "surface   pixels  covered  RMSE m   wrong  good called bad  bad called good")?;
         for (name, c) in rows.into_iter().filter(|(_, counts)| counts.pixels > 0) {
             #[expect(clippy::cast_precision_loss, reason = "pixels of any recording fit in 53 bits")]

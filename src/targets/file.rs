@@ -100,7 +100,8 @@ impl SampleFile {
         name.push(if self.part == 0 { String::new() } else { format!("-{}", self.part) });
         name.push(".safetensors");
         let path = PathBuf::from(name);
-        let bad = |e: safetensors::SafeTensorError| Error::Encode { path: path.clone(), reason: e.to_string() };
+        let bad =
+            |e: safetensors::SafeTensorError| Error::Encode { path: path.clone(), reason: e.to_string() };
         let [rows, columns] = NATIVE_SIZE;
         let mut tensors = Vec::new();
         for (name, dtype, bytes) in &self.buffers {

@@ -18,7 +18,7 @@ use crate::sim::truth::TruthFrame;
 use crate::stage::drm::{ResizeParams, resize};
 use crate::stage::ingest::{INGEST, Ingest};
 use crate::stage::register_color::{REGISTER_COLOR, RegisterColor};
-use crate::stage::targets::{REACH, SLOTS, Targets, View};
+use crate::stage::targets::{REACH, Rule, SLOTS, Targets, View};
 use crate::stage::{Job, Moment, Stage, Window, back_project, single};
 use crate::weights::{INPUT_CHANNELS, NATIVE_SIZE};
 
@@ -60,7 +60,7 @@ impl Maker {
         let job = options.job(&config, first, None);
         let color = RegisterColor { camera: job.color.unwrap_or(job.depth) };
         let targets = Targets { rule: request.rule, truth };
-        let plan = plan(&job, &color, &targets)?;
+        let plan = plan(&job, &request.rule, truth)?;
         let context = Context::open(request.adapter.as_deref(), &plan.requirements(), false)?;
         let executor = Executor::build(&context, plan)?;
         let every = request.every.max(1);
@@ -194,7 +194,9 @@ impl Maker {
         let nothing = || Error::Gpu { what: "targets".into(), reason: "there is no target".into() };
         let kept = self.kept.get_mut(self.next).ok_or_else(nothing)?;
         if measured.reference_m.iter().all(|&reference| reference == 0.0) {
-            let reason = "no pixel of it is seen alike by enough of the frames around it; a reference cannot be built".into();
+            let reason =
+                "no pixel of it is seen alike by enough of the frames around it; a reference cannot be built"
+                    .into();
             return Err(Error::Input { what: format!("frame {}", kept.index), reason });
         }
         let truth = kept.truth.take().map(|truth| {
@@ -243,11 +245,15 @@ fn check_views(target: &Kept, views: usize, least: u32) -> Result<()> {
     Err(Error::Input { what: format!("frame {}", target.index), reason })
 }
 
-fn plan(job: &Job, color: &RegisterColor, targets: &Targets) -> Result<Plan> {
+/// The plan of a frame; `truth`: true depth comes with it.
+///
+/// # Errors
+/// [`Error::Plan`] or [`Error::Shader`] where a pass contradicts its shader.
+pub fn plan(job: &Job, rule: &Rule, truth: bool) -> Result<Plan> {
     let mut plan = Plan::default();
     plan.fixed("rays", back_project::rays(&job.depth))?;
     Ingest.append(&mut plan, job)?;
-    color.append(&mut plan, job)?;
+    RegisterColor { camera: job.color.unwrap_or(job.depth) }.append(&mut plan, job)?;
     let size = NATIVE_SIZE.map(|extent| u32::try_from(extent).unwrap_or(0));
     let low = u64::from(size[0]) * u64::from(size[1]);
     plan.uniform::<ResizeParams>("resize_params")?;
@@ -258,7 +264,7 @@ fn plan(job: &Job, color: &RegisterColor, targets: &Targets) -> Result<Plan> {
     let (text, invocations) = resize([job.depth.height, job.depth.width], size, backend);
     plan.step(text, invocations, &[("sink", INPUT)])?;
     plan.read_back(INPUT)?;
-    targets.append(&mut plan, job)?;
+    Targets { rule: *rule, truth }.append(&mut plan, job)?;
     plan.check()?;
     Ok(plan)
 }

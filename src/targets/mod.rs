@@ -8,7 +8,7 @@ mod truth;
 
 pub use distance::Distance;
 pub use file::SampleFile;
-pub use maker::Maker;
+pub use maker::{Maker, plan};
 pub use sample::{Judged, Sample};
 pub use truth::TruthSource;
 
