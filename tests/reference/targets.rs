@@ -77,7 +77,7 @@ pub(crate) fn judge(
     let scale = [0, 1].map(|axis| native[axis] as f64 / size[axis] as f64);
     let low = [(pixel / size[1]) as f64 * scale[0], (pixel % size[1]) as f64 * scale[1]];
     let mut best = (false, f64::INFINITY, 0);
-    for index in 0..native[0] * native[1] {
+    for (index, &depth) in depth_m.iter().enumerate() {
         let at = [(index / native[1]) as f64, (index % native[1]) as f64];
         let covered = [0, 1].map(|a| (low[a] + scale[a]).min(at[a] + 1.0) - low[a].max(at[a]));
         if covered[0] <= 1e-9 || covered[1] <= 1e-9 {
@@ -85,7 +85,7 @@ pub(crate) fn judge(
         }
         let off = [0, 1].map(|a| at[a] + 0.5 - low[a] - scale[a] / 2.0);
         let distance = off[0] * off[0] + off[1] * off[1];
-        let valid = depth_m[index] > 0.0;
+        let valid = depth > 0.0;
         // Equal distances: the first in reading order, up to the rounding of f32.
         if (valid && !best.0) || (valid == best.0 && distance < best.1 - 1e-4) {
             best = (valid, distance, index);
