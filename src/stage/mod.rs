@@ -191,6 +191,16 @@ pub trait Stage: std::fmt::Debug {
     fn write(&self, moment: &Moment<'_>, input: &mut FrameInput<'_>) -> Result<()>;
 }
 
+/// What brings colour onto the depth grid, where colour is wanted and there is some.
+pub(crate) fn color_stage(job: &Job) -> Option<Box<dyn Stage>> {
+    job.color.map(|camera| -> Box<dyn Stage> {
+        match job.color_aligned {
+            true => Box::new(align_color::AlignColor { camera }),
+            false => Box::new(register_color::RegisterColor { camera }),
+        }
+    })
+}
+
 /// The rows of a transform as shaders take them: rotation in x, y, z, translation in w.
 pub fn rows(transform: Rigid) -> [Vec4; 3] {
     let rotation = transform.rotation_matrix().transpose();

@@ -15,11 +15,12 @@ use crate::network::{Backend, INPUT};
 use crate::receive::{check_fit, check_pose};
 use crate::recording::RgbdFrame;
 use crate::sim::truth::TruthFrame;
+use crate::stage::align_color::ALIGN_COLOR;
 use crate::stage::drm::{ResizeParams, resize};
 use crate::stage::ingest::{INGEST, Ingest};
-use crate::stage::register_color::{REGISTER_COLOR, RegisterColor};
+use crate::stage::register_color::REGISTER_COLOR;
 use crate::stage::targets::{REACH, Rule, SLOTS, Targets, View};
-use crate::stage::{Job, Moment, Stage, Window, back_project, single};
+use crate::stage::{Job, Moment, Stage, Window, back_project, color_stage, single};
 use crate::weights::{INPUT_CHANNELS, NATIVE_SIZE};
 
 /// Metres that the network's depth is divided by (spec 1 §1).
@@ -38,7 +39,7 @@ struct Kept {
 /// Makes samples of frames of one size and calibration.
 pub struct Maker {
     job: Job,
-    color: RegisterColor,
+    color: Option<Box<dyn Stage>>,
     targets: Targets,
     every: u64,
     executor: Executor,
@@ -58,7 +59,7 @@ impl Maker {
         let config = Config { method: Method::Drm, ..Config::default() };
         let options = Options { images: true, ..Options::default() }.with_color_of([first].into_iter());
         let job = options.job(&config, first, None);
-        let color = RegisterColor { camera: job.color.unwrap_or(job.depth) };
+        let color = color_stage(&job);
         let targets = Targets { rule: request.rule, truth };
         let plan = plan(&job, &request.rule, truth)?;
         let context = Context::open(request.adapter.as_deref(), &plan.requirements(), false)?;
@@ -160,12 +161,15 @@ impl Maker {
             Some(frame) => {
                 let moment = Moment::new(job, frame, Window::default(), Rigid::IDENTITY, None);
                 Ingest.write(&moment, &mut input)?;
-                self.color.write(&moment, &mut input)?;
+                if let Some(color) = &self.color {
+                    color.write(&moment, &mut input)?;
+                }
                 let per_metre = single(1.0 / DEPTH_SCALE_M);
                 input.set("resize_params", &ResizeParams { per_metre, pad0: 0, pad1: 0, pad2: 0 })?;
             }
             None => {
-                for pass in [INGEST.name, REGISTER_COLOR.name, "net/resize"] {
+                let color = if job.color_aligned { ALIGN_COLOR.name } else { REGISTER_COLOR.name };
+                for pass in [INGEST.name, color, "net/resize"] {
                     input.limit(pass, Invocations::line(0))?;
                 }
             }
@@ -253,7 +257,9 @@ pub fn plan(job: &Job, rule: &Rule, truth: bool) -> Result<Plan> {
     let mut plan = Plan::default();
     plan.fixed("rays", back_project::rays(&job.depth))?;
     Ingest.append(&mut plan, job)?;
-    RegisterColor { camera: job.color.unwrap_or(job.depth) }.append(&mut plan, job)?;
+    if let Some(color) = color_stage(job) {
+        color.append(&mut plan, job)?;
+    }
     let size = NATIVE_SIZE.map(|extent| u32::try_from(extent).unwrap_or(0));
     let low = u64::from(size[0]) * u64::from(size[1]);
     plan.uniform::<ResizeParams>("resize_params")?;
