@@ -17,6 +17,7 @@ pub mod recording;
 pub mod run;
 pub mod sim;
 pub mod stage;
+pub mod targets;
 pub mod weights;
 
 pub use config::Config;

@@ -19,5 +19,6 @@ mod shaders;
 mod sim;
 mod stage;
 mod support;
+mod targets;
 mod weights;
 mod write;

@@ -11,7 +11,7 @@ use limpid::network::{Backend, all_kernels};
 use limpid::stage::drm::Drm;
 use limpid::stage::{Job, align_color, back_project, inflate, ingest, move_window, register_color};
 use limpid::stage::{goal_inflation, intensity_classes, intensity_layers, plan_map, scan_window};
-use limpid::stage::{see_through, spatial_median, tally, trajectory_cost, update, weigh};
+use limpid::stage::{see_through, spatial_median, tally, targets, trajectory_cost, update, weigh};
 use limpid::weights::Network;
 use limpid::{Error, pipeline};
 
@@ -21,6 +21,8 @@ use crate::support::glass_room::GlassRoom;
 use crate::support::gpu::skipped;
 use crate::support::run::{open, step};
 use crate::support::scene::{Scene, pose};
+
+const TARGETS: [ShaderSource; 4] = [targets::REMEMBER, targets::REPROJECT, targets::AGREE, targets::JUDGE];
 
 const PIPELINE: [ShaderSource; 22] = [
     align_color::ALIGN_COLOR,
@@ -47,10 +49,11 @@ const PIPELINE: [ShaderSource; 22] = [
     trajectory_cost::SUM,
 ];
 
-/// The passes of the pipeline and of the simulated camera.
+/// The passes of the pipeline, of training targets and of the simulated camera.
 fn all() -> impl Iterator<Item = ShaderSource> {
     PIPELINE
         .into_iter()
+        .chain(TARGETS)
         .chain(limpid::sim::passes::ALL)
         .chain(limpid::stage::glass::LABELLING)
         .chain([limpid::stage::glass::CLEAN, limpid::stage::pane_cells::PANE_CELLS])
@@ -134,6 +137,8 @@ fn every_pass_is_in_a_plan_that_fits() {
         plans.push(limpid::lidar::pipeline::plan(&scans, &limpid::lidar::pipeline::stages(&scans)).unwrap());
     }
     plans.push(limpid::lidar::score::velocity_plan(20, 5, 30).unwrap());
+    let colored = Job { color: Some(tiny_camera()), ..job(&small_map(), tiny_camera()) };
+    plans.push(limpid::targets::plan(&colored, &targets::Rule::default(), true).unwrap());
     for source in all() {
         let used = plans.iter().flat_map(|plan| plan.steps()).any(|step| step.shader.name == source.name);
         assert!(used, "`{}` is in no plan", source.name);

@@ -12,6 +12,7 @@ mod run;
 mod scans;
 mod score;
 mod sim;
+mod targets;
 
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -46,6 +47,8 @@ enum Verb {
     Score(score::ScoreArguments),
     /// Make a ray-traced recording with ground truth, from a scene or a seed
     Sim(sim::SimArguments),
+    /// Write training samples: the network's inputs, reference depth and targets
+    Targets(targets::TargetsArguments),
     /// Score all methods against ground truth: on scenes that it makes, on recordings, on still pairs
     Eval(eval::EvalArguments),
     /// Measure time per pass and per frame
@@ -104,6 +107,7 @@ pub(crate) fn execute(arguments: Arguments) -> Result<()> {
         Verb::Points(arguments) => points::execute(&arguments),
         Verb::Score(arguments) => score::execute(&arguments),
         Verb::Sim(arguments) => sim::execute(&arguments),
+        Verb::Targets(arguments) => targets::execute(&arguments),
         Verb::Eval(arguments) => eval::execute(&arguments),
         Verb::Bench(arguments) => bench::execute(&arguments),
         Verb::Profile(arguments) => profile::execute(&arguments),

@@ -18,6 +18,7 @@ pub mod scan_window;
 pub mod see_through;
 pub mod spatial_median;
 pub mod tally;
+pub mod targets;
 pub mod trajectory_cost;
 pub mod update;
 pub mod view;
@@ -201,6 +202,16 @@ pub trait Stage: std::fmt::Debug {
     /// # Errors
     /// [`crate::Error::Input`] where data do not fit their buffer.
     fn write(&self, moment: &Moment<'_>, input: &mut FrameInput<'_>) -> Result<()>;
+}
+
+/// What brings colour onto the depth grid, where colour is wanted and there is some.
+pub(crate) fn color_stage(job: &Job) -> Option<Box<dyn Stage>> {
+    job.color.map(|camera| -> Box<dyn Stage> {
+        match job.color_aligned {
+            true => Box::new(align_color::AlignColor { camera }),
+            false => Box::new(register_color::RegisterColor { camera }),
+        }
+    })
 }
 
 /// The rows of a transform as shaders take them: rotation in x, y, z, translation in w.

@@ -17,5 +17,6 @@ pub(crate) mod see_through;
 pub(crate) mod sim;
 pub(crate) mod spatial_median;
 pub(crate) mod tally;
+pub(crate) mod targets;
 pub(crate) mod update;
 pub(crate) mod weigh;

@@ -15,6 +15,7 @@ mod register_color;
 mod see_through;
 mod spatial_median;
 mod tally;
+mod targets;
 mod update;
 mod view;
 mod weigh;
