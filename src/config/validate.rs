@@ -7,7 +7,7 @@ impl Config {
     /// Checks every value and their relations.
     ///
     /// # Errors
-    /// [`Error::Config`] for the first key at fault.
+    /// [`crate::Error::Config`] for the first key at fault.
     pub fn validate(&self) -> Result<()> {
         self.positive()?;
         self.shares()?;
