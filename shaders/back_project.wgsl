@@ -71,7 +71,7 @@ fn flush(run: Run) {
     if run.count > 0u {
         atomicAdd(&cell_hits[run.cell].count, run.count);
     }
-    if weighted && run.weight > 0u {
+    if weighted && !gated && run.weight > 0u {
         atomicAdd(&cell_hits[run.cell].weight, run.weight);
     }
 }

@@ -34,7 +34,7 @@ fn evidence_of(i: u32, count: u32, hit: bool, seen: bool, history: u32) -> f32 {
     if countOneBits(recent) < update_params.temporal_hits {
         return UNSEEN;
     }
-    if !weighted {
+    if !weighted || gated {
         return 1.0;
     }
     return f32(cell_hits[i].weight) / (f32(count) * update_params.weight_scale);

@@ -1,4 +1,5 @@
-//! Parameters: flat, with units in their names; read from YAML, checked as a whole.
+//! Parameters: flat, with units in their names; read from YAML, checked as a whole. Longer than other files, as it is one list
+//! of keys.
 
 use std::path::Path;
 
@@ -8,6 +9,7 @@ use crate::error::{Error, Result};
 use crate::recording::points::ReturnCodes;
 use crate::recording::points::velodyne::Model;
 
+mod glass;
 mod lidar;
 mod validate;
 
@@ -32,6 +34,16 @@ pub enum Method {
     Drm,
 }
 
+/// What a pixel of reliability R above tau counts (spec 1 §2, §3).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Fusion {
+    /// R, as in the paper.
+    Weight,
+    /// 1.
+    Gate,
+}
+
 /// A transform that the recording lacks, stated by the user: pose of `child` in `parent`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -54,6 +66,8 @@ pub struct Config {
     pub method: Method,
     /// Weight file of DRM-Net (safetensors), for method drm.
     pub weights: String,
+    /// What a pixel of reliability R above tau counts: R, or 1.
+    pub fusion: Fusion,
 
     /// Depth image topic; empty: found by message type and name.
     pub depth_topic: String,
@@ -195,6 +209,39 @@ pub struct Config {
     pub inflation_side_m: f64,
     /// Cost of a passable cell, 0 to 252.
     pub passable_cost: u32,
+
+    /// Whether panes of glass are searched for in lidar scans (spec 3).
+    pub glass: bool,
+    /// Whether panes are kept from scan to scan.
+    pub glass_memory: bool,
+    /// YAML file with panes to begin with; empty: none.
+    pub glass_panes: String,
+    /// Seed of the draws of hypotheses.
+    pub glass_seed: u32,
+    /// Hypotheses for each plane, 32 to 512.
+    pub glass_hypotheses: u32,
+    /// Returns of a beam differ when they are farther apart than this, metres.
+    pub glass_return_gap_m: f64,
+    /// Candidates that a pane needs in one scan.
+    pub glass_min_inliers: u32,
+    /// Beams that must go on behind a pane.
+    pub glass_min_behind: u32,
+    /// Distance from a plane at which a candidate fits it, metres.
+    pub glass_fit_tolerance_m: f64,
+    /// Distance from a pane's plane at which a return lies on it, metres.
+    pub glass_plane_tolerance_m: f64,
+    /// Difference of ranges at which a mirrored and a measured surface are one, metres.
+    pub glass_match_m: f64,
+    /// Its growth per metre of range.
+    pub glass_match_per_m: f64,
+    /// Angle within which mirrored surfaces count as around a beam, degrees.
+    pub glass_slack_deg: f64,
+    /// How many times brighter than the lower quartile of its candidates a return on a pane is frame and no glass.
+    pub glass_bright_ratio: f64,
+    /// Angle from head on within which glass shines as bright as anything, degrees.
+    pub glass_lobe_deg: f64,
+    /// Angle from head on within which glass always returns a beam, degrees.
+    pub glass_visible_deg: f64,
 }
 
 impl Default for Config {
@@ -203,6 +250,7 @@ impl Default for Config {
         Self {
             method: Method::Range,
             weights: String::new(),
+            fusion: Fusion::Weight,
             depth_topic: String::new(),
             depth_info_topic: String::new(),
             color_topic: String::new(),
@@ -271,6 +319,22 @@ impl Default for Config {
             inflation_padding_cells: 1,
             inflation_side_m: 0.2,
             passable_cost: 50,
+            glass: false,
+            glass_memory: true,
+            glass_panes: String::new(),
+            glass_seed: 1,
+            glass_hypotheses: 256,
+            glass_return_gap_m: 0.1,
+            glass_min_inliers: 40,
+            glass_min_behind: 20,
+            glass_fit_tolerance_m: 0.08,
+            glass_plane_tolerance_m: 0.15,
+            glass_match_m: 0.25,
+            glass_match_per_m: 0.02,
+            glass_slack_deg: 3.0,
+            glass_bright_ratio: 3.0,
+            glass_lobe_deg: 8.0,
+            glass_visible_deg: 16.0,
         }
     }
 }

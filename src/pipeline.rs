@@ -8,10 +8,8 @@ use crate::frame::Options;
 use crate::gpu::{Chosen, Executor, Plan};
 use crate::receive::{Pending, check_fit, check_pose, check_recalibration, load_drm, seconds_between};
 use crate::recording::RgbdFrame;
-use crate::stage::{Job, Moment, Stage, Window};
-use crate::stage::{
-    align_color, back_project, drm, inflate, ingest, move_window, register_color, see_through,
-};
+use crate::stage::{Job, Moment, Stage, Window, color_stage};
+use crate::stage::{back_project, drm, inflate, ingest, move_window, see_through};
 use crate::stage::{spatial_median, tally, update, weigh};
 
 /// The stages of one frame, in order (spec 1 §3: move window, update, hysteresis, inflate).
@@ -20,12 +18,7 @@ pub fn stages(job: &Job) -> Vec<Box<dyn Stage>> {
     if job.config.method == Method::Median {
         stages.push(Box::new(spatial_median::SpatialMedian));
     }
-    let color = job.color.map(|camera| -> Box<dyn Stage> {
-        match job.color_aligned {
-            true => Box::new(align_color::AlignColor { camera }),
-            false => Box::new(register_color::RegisterColor { camera }),
-        }
-    });
+    let color = color_stage(job);
     let (color, shown_color) = if job.drm.is_some() { (color, None) } else { (None, color) };
     stages.extend(color);
     if let Some(drm) = &job.drm {

@@ -6,6 +6,8 @@
 mod cli;
 mod cli_drm;
 mod config;
+mod eval;
+mod glass;
 mod lidar;
 mod map;
 mod network;
@@ -17,5 +19,6 @@ mod shaders;
 mod sim;
 mod stage;
 mod support;
+mod targets;
 mod weights;
 mod write;

@@ -11,15 +11,18 @@ use limpid::network::{Backend, all_kernels};
 use limpid::stage::drm::Drm;
 use limpid::stage::{Job, align_color, back_project, inflate, ingest, move_window, register_color};
 use limpid::stage::{goal_inflation, intensity_classes, intensity_layers, plan_map, scan_window};
-use limpid::stage::{see_through, spatial_median, tally, trajectory_cost, update, weigh};
+use limpid::stage::{see_through, spatial_median, tally, targets, trajectory_cost, update, weigh};
 use limpid::weights::Network;
 use limpid::{Error, pipeline};
 
 use crate::sim::small_room;
 use crate::support::camera_job::{job, small_map, tiny_camera};
+use crate::support::glass_room::GlassRoom;
 use crate::support::gpu::skipped;
 use crate::support::run::{open, step};
 use crate::support::scene::{Scene, pose};
+
+const TARGETS: [ShaderSource; 4] = [targets::REMEMBER, targets::REPROJECT, targets::AGREE, targets::JUDGE];
 
 const PIPELINE: [ShaderSource; 22] = [
     align_color::ALIGN_COLOR,
@@ -46,9 +49,14 @@ const PIPELINE: [ShaderSource; 22] = [
     trajectory_cost::SUM,
 ];
 
-/// The passes of the pipeline and of the simulated camera.
+/// The passes of the pipeline, of training targets and of the simulated camera.
 fn all() -> impl Iterator<Item = ShaderSource> {
-    PIPELINE.into_iter().chain(limpid::sim::passes::ALL)
+    PIPELINE
+        .into_iter()
+        .chain(TARGETS)
+        .chain(limpid::sim::passes::ALL)
+        .chain(limpid::stage::glass::LABELLING)
+        .chain([limpid::stage::glass::CLEAN, limpid::stage::pane_cells::PANE_CELLS])
 }
 
 fn wgsl_files(folder: &Path, found: &mut BTreeSet<String>) {
@@ -90,7 +98,16 @@ fn scan_job() -> limpid::lidar::ScanJob {
         plane_rings: None,
         deskew: true,
         layers: true,
+        glass: None,
     }
+}
+
+/// The same with glass.
+fn glass_job() -> limpid::lidar::ScanJob {
+    let (scan, _) = GlassRoom::default().scan();
+    let grid = limpid::glass::BeamGrid::of_scan(&scan).unwrap();
+    let glass = limpid::stage::glass::Glass { grid, load: Vec::new() };
+    limpid::lidar::ScanJob { glass: Some(glass), ..scan_job() }
 }
 
 #[test]
@@ -116,9 +133,12 @@ fn every_pass_is_in_a_plan_that_fits() {
     let mut plans: Vec<_> =
         jobs().iter().map(|job| pipeline::plan(job, &pipeline::stages(job)).unwrap()).collect();
     plans.push(limpid::sim::simulator::plan(&small_room()).unwrap());
-    let scans = scan_job();
-    plans.push(limpid::lidar::pipeline::plan(&scans, &limpid::lidar::pipeline::stages(&scans)).unwrap());
+    for scans in [scan_job(), glass_job()] {
+        plans.push(limpid::lidar::pipeline::plan(&scans, &limpid::lidar::pipeline::stages(&scans)).unwrap());
+    }
     plans.push(limpid::lidar::score::velocity_plan(20, 5, 30).unwrap());
+    let colored = Job { color: Some(tiny_camera()), ..job(&small_map(), tiny_camera()) };
+    plans.push(limpid::targets::plan(&colored, &targets::Rule::default(), true).unwrap());
     for source in all() {
         let used = plans.iter().flat_map(|plan| plan.steps()).any(|step| step.shader.name == source.name);
         assert!(used, "`{}` is in no plan", source.name);

@@ -1,11 +1,13 @@
 //! `limpid demo`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use limpid::bench::{bench, frames};
+use limpid::eval::{Generated, contestants, evaluate, picture};
 use limpid::frame::Options;
 use limpid::recording::{self, write::save_map};
+use limpid::sim::generate::{Family, Level, generate};
 use limpid::{Config, Error, Result};
 
 use super::run::{Outputs, print_report, run_with_progress};
@@ -16,6 +18,11 @@ const ROOM: &[u8] = include_bytes!("../../testdata/room.mcap");
 
 /// Samples of the timing table: short, since it is a demonstration.
 const SAMPLES: usize = 50;
+
+/// The room with glare: seed, frames, and size of the images.
+const GLARE_SEED: u64 = 5000;
+const GLARE_FRAMES: u32 = 20;
+const GLARE_SIZE: [u32; 2] = [424, 240];
 
 #[derive(Debug, Args)]
 pub(crate) struct DemoArguments {
@@ -46,10 +53,27 @@ pub(crate) fn execute(arguments: &DemoArguments) -> Result<()> {
     let table = bench(&config, &Options { images: false, ..options }, &frames, SAMPLES)?.table();
     save(&timing, &table)?;
     println!("\n{table}");
+    let glare = dir.join("glare.png");
+    show_glare(&config, arguments.adapter.as_deref(), &glare)?;
     println!("recording   {}  (input; open it beside the output)", input.display());
     println!("costmap     {}  (open it in Foxglove)", mcap.display());
     println!("pictures    {}", png.display());
     println!("map         {}.pgm and .yaml  (for nav2's map_server)", map.display());
     println!("timing      {}", timing.display());
+    println!(
+        "glare       {}  (a simulated room with a polished floor: methods beside the truth)",
+        glare.display()
+    );
     Ok(())
+}
+
+/// Drives through a simulated room with strong glare and draws what methods make of it beside the truth.
+fn show_glare(config: &Config, adapter: Option<&str>, path: &Path) -> Result<()> {
+    let mut scene = generate(Family::Train, Level::L2, GLARE_SEED, GLARE_FRAMES)?;
+    [scene.camera.width, scene.camera.height] = GLARE_SIZE;
+    let mut source = Generated::open(&scene, config, adapter)?;
+    let shown =
+        contestants(config).into_iter().filter(|method| ["naive", "range", "drm"].contains(&method.key));
+    let (_, last) = evaluate(&mut source, &shown.collect::<Vec<_>>(), config, adapter)?;
+    picture::save(&last, path)
 }

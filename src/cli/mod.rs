@@ -3,6 +3,7 @@
 mod bench;
 mod config;
 mod demo;
+mod eval;
 mod info;
 mod net;
 mod points;
@@ -11,6 +12,7 @@ mod run;
 mod scans;
 mod score;
 mod sim;
+mod targets;
 
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -45,6 +47,10 @@ enum Verb {
     Score(score::ScoreArguments),
     /// Make a ray-traced recording with ground truth, from a scene or a seed
     Sim(sim::SimArguments),
+    /// Write training samples: the network's inputs, reference depth and targets
+    Targets(targets::TargetsArguments),
+    /// Score all methods against ground truth: on scenes that it makes, on recordings, on still pairs
+    Eval(eval::EvalArguments),
     /// Measure time per pass and per frame
     Bench(bench::BenchArguments),
     /// Write a trace of frames and passes that Perfetto (ui.perfetto.dev) opens
@@ -101,6 +107,8 @@ pub(crate) fn execute(arguments: Arguments) -> Result<()> {
         Verb::Points(arguments) => points::execute(&arguments),
         Verb::Score(arguments) => score::execute(&arguments),
         Verb::Sim(arguments) => sim::execute(&arguments),
+        Verb::Targets(arguments) => targets::execute(&arguments),
+        Verb::Eval(arguments) => eval::execute(&arguments),
         Verb::Bench(arguments) => bench::execute(&arguments),
         Verb::Profile(arguments) => profile::execute(&arguments),
     }

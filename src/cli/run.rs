@@ -38,13 +38,20 @@ pub(crate) struct RunArguments {
     /// Only the depth images, or scans, numbered A to B - 1
     #[arg(long, value_name = "A..B", value_parser = parse_range)]
     pub(super) frames: Option<Range<u64>>,
+    /// Lidar: find panes of glass, label points and put panes into the map
+    #[arg(long)]
+    pub(super) glass: bool,
+    /// Lidar: write the panes that are known at the end, in the map frame; `glass_panes` reads them
+    #[arg(long, value_name = "YAML", requires = "glass")]
+    pub(super) panes: Option<PathBuf>,
     /// Time the passes too, for the dump and the diagnostics
     #[arg(long)]
     pub(super) timing: bool,
 }
 
 pub(crate) fn execute(arguments: &RunArguments) -> Result<()> {
-    let config = arguments.common.config()?;
+    let mut config = arguments.common.config()?;
+    config.glass |= arguments.glass;
     let contents = recording::contents(&arguments.input, &config)?;
     let lidar = match arguments.sensor {
         Some(sensor) => sensor == Sensor::Lidar,

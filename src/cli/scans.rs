@@ -1,11 +1,13 @@
 //! `limpid run` on lidar scans.
 
+use limpid::glass::{PointClass, panes_to_yaml};
 use limpid::lidar::{CellClass, ScanOptions, ScanRunReport, ScanSink, run_scans};
 use limpid::recording::PosedScans;
 use limpid::recording::write::{McapSink, ScanDumpSink, ScanMcapSink, ScanPngSink, save_plan};
 use limpid::{Config, Result};
 
 use super::run::{RunArguments, progress_bar};
+use super::save;
 
 /// Runs the scans of the input; `shared` is the output file where frames of a camera are in it already.
 pub(super) fn execute(arguments: &RunArguments, config: &Config, shared: Option<McapSink>) -> Result<()> {
@@ -34,6 +36,13 @@ pub(super) fn execute(arguments: &RunArguments, config: &Config, shared: Option<
     bar.finish_and_clear();
     let report = report?;
     print_report(&report);
+    if let (Some(path), Some(last)) = (&arguments.panes, &report.last) {
+        let map_from_lidar = last.map_from_base.then(last.base_from_lidar);
+        let panes = last.glass.iter().flat_map(|glass| &glass.panes);
+        let panes: Vec<_> = panes.map(|pane| pane.moved(map_from_lidar)).collect();
+        save(path, &panes_to_yaml(&panes))?;
+        println!("panes: {}", path.display());
+    }
     if let (Some(stem), Some(last)) = (&arguments.map, &report.last) {
         let [image, yaml] = save_plan(stem, last)?;
         println!("map: {} and {}", image.display(), yaml.display());
@@ -70,5 +79,10 @@ fn print_report(report: &ScanRunReport) {
     if let Some(last) = &report.last {
         let cells = CellClass::ALL.map(|class| format!("{} {}", last.count(class), class.name()));
         println!("last scan: {} points; cells: {}", last.points, cells.join(", "));
+        if let Some(glass) = &last.glass {
+            let classes = PointClass::ALL.iter().zip(glass.counters.classes);
+            let classes: Vec<_> = classes.map(|(class, count)| format!("{count} {}", class.name())).collect();
+            println!("glass: {} panes; points: {}", glass.panes.len(), classes.join(", "));
+        }
     }
 }

@@ -55,7 +55,7 @@ pub(crate) struct SimArguments {
     adapter: Option<String>,
 }
 
-fn parse_size(text: &str) -> std::result::Result<(u32, u32), String> {
+pub(super) fn parse_size(text: &str) -> std::result::Result<(u32, u32), String> {
     let wrong = || format!("`{text}` is not of the form WxH, as in 848x480");
     let (width, height) = text.split_once('x').ok_or_else(wrong)?;
     let number = |text: &str| text.parse().map_err(|_| wrong());

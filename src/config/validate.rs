@@ -18,6 +18,7 @@ impl Config {
             return Err(bad_key("inflation_radius_m", format!("is above 254 cells ({largest} m)")));
         }
         self.validate_lidar()?;
+        super::glass::check(self)?;
         self.cells_per_side().map(|_| ())
     }
 

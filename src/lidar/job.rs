@@ -8,6 +8,7 @@ use crate::error::Result;
 use crate::geometry::Rigid;
 use crate::gpu::{FrameInput, Plan};
 use crate::stage::Window;
+use crate::stage::glass::Glass;
 
 /// What a scan pipeline is built for.
 #[derive(Debug, Clone, PartialEq)]
@@ -24,6 +25,8 @@ pub struct ScanJob {
     pub deskew: bool,
     /// Whether the grids beside the plan map are read back.
     pub layers: bool,
+    /// The grid of beams and the panes to begin with, where glass is searched for.
+    pub glass: Option<Glass>,
 }
 
 impl ScanJob {
@@ -97,6 +100,8 @@ pub struct ScanMoment<'a> {
     pub towards_goal: Option<DVec2>,
     /// Seconds since the scan before; `None` for the first.
     pub since_last_s: Option<f64>,
+    /// Whether it is the first scan of the run.
+    pub first: bool,
 }
 
 impl<'a> ScanMoment<'a> {
@@ -136,6 +141,7 @@ impl<'a> ScanMoment<'a> {
             turn,
             towards_goal: towards_goal(job, frame, pose),
             since_last_s,
+            first: since_last_s.is_none(),
         }
     }
 }

@@ -7,6 +7,7 @@ use super::{ScanFrame, ScanJob, ScanPose};
 use crate::error::Result;
 use crate::frame::Grid;
 use crate::geometry::Rigid;
+use crate::glass::LabelledScan;
 use crate::gpu::{Executor, Readback};
 
 /// What a scan pipeline runs on and what it reads back beside the plan map.
@@ -86,6 +87,8 @@ pub struct ScanOutput {
     pub classes: Vec<u8>,
     /// Points of the scan.
     pub points: usize,
+    /// Labels and panes, where glass is searched for.
+    pub glass: Option<LabelledScan>,
     /// Grids beside the plan map, when they were asked for.
     pub layers: Option<ScanLayers>,
     /// GPU time per pass in milliseconds, in order, when profiling.
@@ -156,6 +159,7 @@ pub(crate) fn output(
         ));
         Ok(ScanLayers { grids })
     };
+    let glass = job.glass.is_some().then(|| LabelledScan::read(readback, executor, pending.points));
     Ok(ScanOutput {
         index: pending.index,
         stamp_ns: pending.stamp_ns,
@@ -167,6 +171,7 @@ pub(crate) fn output(
         costmap: quads("plan_costs")?,
         classes: quads("plan_classes")?,
         points: pending.points,
+        glass: glass.transpose()?,
         layers: job.layers.then(layers).transpose()?,
         pass_ms: readback
             .spans

@@ -7,10 +7,15 @@ use super::{MAX_POINTS, ScanFrame, ScanJob, ScanMoment, ScanOptions, ScanOutput,
 use super::{full_scale, plane_rings};
 use crate::config::Config;
 use crate::error::{Error, Result};
+use crate::glass::{BeamGrid, read_panes};
 use crate::gpu::frame::FRAMES_IN_FLIGHT;
 use crate::gpu::{Chosen, Executor, Plan};
 use crate::receive::seconds_between;
-use crate::stage::{Window, goal_inflation, intensity_classes, intensity_layers, plan_map, scan_window};
+use crate::recording::points::Scan;
+use crate::stage::glass::Glass;
+use crate::stage::{
+    Window, goal_inflation, intensity_classes, intensity_layers, pane_cells, plan_map, scan_window,
+};
 
 /// Points that a pipeline is built for at least, and in steps of which it grows.
 const CAPACITY_STEP: usize = 1 << 14;
@@ -19,14 +24,20 @@ const CAPACITY_STEP: usize = 1 << 14;
 const POINT_BYTES: u64 = 32;
 
 /// The stages of one scan, in order (spec 2 §2 to §4).
-pub fn stages(_job: &ScanJob) -> Vec<Box<dyn ScanStage>> {
-    vec![
-        Box::new(scan_window::ScanWindow),
-        Box::new(intensity_layers::IntensityLayers),
-        Box::new(intensity_classes::IntensityClasses),
-        Box::new(goal_inflation::GoalInflation),
-        Box::new(plan_map::PlanMap),
-    ]
+pub fn stages(job: &ScanJob) -> Vec<Box<dyn ScanStage>> {
+    let mut stages: Vec<Box<dyn ScanStage>> = Vec::new();
+    if let Some(glass) = &job.glass {
+        stages.push(Box::new(glass.clone()));
+    }
+    stages.push(Box::new(scan_window::ScanWindow));
+    stages.push(Box::new(intensity_layers::IntensityLayers));
+    stages.push(Box::new(intensity_classes::IntensityClasses));
+    if job.glass.is_some() {
+        stages.push(Box::new(pane_cells::PaneCells));
+    }
+    stages.push(Box::new(goal_inflation::GoalInflation));
+    stages.push(Box::new(plan_map::PlanMap));
+    stages
 }
 
 /// The plan of a scan, with what is to be read back.
@@ -42,6 +53,9 @@ pub fn plan(job: &ScanJob, stages: &[Box<dyn ScanStage>]) -> Result<Plan> {
     let products = ["layer_values", "cell_values"];
     for name in ["plan_costs", "plan_classes"].into_iter().chain(products.into_iter().filter(|_| job.layers))
     {
+        plan.read_back(name)?;
+    }
+    for name in ["classes", "panes", "glass_counters"].into_iter().filter(|_| job.glass.is_some()) {
         plan.read_back(name)?;
     }
     plan.check()?;
@@ -75,6 +89,7 @@ impl ScanPipeline {
             plane_rings: plane_rings(config, &first.scan)?,
             deskew: config.deskew && first.scan.columns.time,
             layers: options.layers,
+            glass: glass(config, &first.scan)?,
         };
         let stages = stages(&job);
         let plan = plan(&job, &stages)?;
@@ -163,6 +178,18 @@ impl ScanPipeline {
     pub fn executor(&self) -> &Executor {
         &self.executor
     }
+}
+
+/// Where glass is searched for: the sensor's beams and the panes to begin with.
+fn glass(config: &Config, first: &Scan) -> Result<Option<Glass>> {
+    if !config.glass {
+        return Ok(None);
+    }
+    let load = match config.glass_panes.as_str() {
+        "" => Vec::new(),
+        path => read_panes(path.as_ref())?,
+    };
+    Ok(Some(Glass { grid: BeamGrid::of_scan(first)?, load }))
 }
 
 /// Points to build for when a scan has `points`.

@@ -31,7 +31,7 @@ pub(crate) use self::mcap::McapRecords;
 pub use self::open::{contents, open};
 pub use self::posed::PosedScans;
 pub use self::still::StillReader;
-pub use self::tum::TumReader;
+pub use self::tum::{TumReader, trajectory};
 
 /// A depth image on its native grid, row-major from the top left.
 #[derive(Debug, Clone, PartialEq)]

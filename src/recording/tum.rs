@@ -250,6 +250,21 @@ fn read_trajectory(folder: &Path, name: &str, report: &mut ReadReport) -> Result
     })
 }
 
+/// The poses of a trajectory file, lines `stamp tx ty tz qx qy qz qw` (seconds, metres, quaternion), in its order: stamp in
+/// nanoseconds and pose. Other lines are passed over.
+///
+/// # Errors
+/// [`Error::File`]; [`Error::Format`] where no line is a pose.
+pub fn trajectory(path: &Path) -> Result<Vec<(u64, Rigid)>> {
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let poses = read_trajectory(folder, &name, &mut ReadReport::default())?;
+    if poses.is_empty() {
+        return Err(Error::Format { path: path.into(), reason: "has no line `t x y z qx qy qz qw`".into() });
+    }
+    Ok(poses)
+}
+
 fn read_lines<T>(
     folder: &Path,
     name: &str,

@@ -100,7 +100,11 @@ impl Stage for BackProject {
         let [groups_x, groups_y] = groups(&job.depth);
         let invocations = Invocations::line(groups_x * groups_y * GROUP);
         plan.step(BACK_PROJECT, invocations, &[("depth_m", job.depth_buffer())])?;
-        plan.with(&[("distorted", job.depth.distortion != Distortion::None), ("weighted", job.weighted())])
+        plan.with(&[
+            ("distorted", job.depth.distortion != Distortion::None),
+            ("weighted", job.weighted()),
+            ("gated", job.gated()),
+        ])
     }
 
     fn write(&self, moment: &Moment<'_>, input: &mut FrameInput<'_>) -> Result<()> {

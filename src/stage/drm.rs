@@ -39,7 +39,7 @@ pub struct DrmNet {
 }
 
 /// Native pixels, along one axis, that one of the network's pixels may touch.
-fn span(native: u32, size: u32) -> u32 {
+pub(crate) fn span(native: u32, size: u32) -> u32 {
     if native.is_multiple_of(size) {
         native / size
     } else if size.is_multiple_of(native) {

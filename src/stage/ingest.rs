@@ -88,7 +88,7 @@ impl Stage for Ingest {
         plan.upload("depth_raw", u64::from(words) * 16)?;
         let pixels_per_word = if job.float_depth { 4 } else { 8 };
         plan.scratch("depth_m", u64::from(words) * pixels_per_word * 4)?;
-        plan.scratch("reliability", u64::from(words) * pixels_per_word * 4)?;
+        plan.product("reliability", u64::from(words) * pixels_per_word * 4)?;
         plan.step(INGEST, Invocations::line(words), &[])?;
         plan.with(&[("floats", job.float_depth)])
     }

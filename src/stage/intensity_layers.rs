@@ -124,7 +124,8 @@ pub struct IntensityLayers;
 impl ScanStage for IntensityLayers {
     fn append(&self, plan: &mut Plan, job: &ScanJob) -> Result<()> {
         plan.uniform::<IntensityLayersParams>("intensity_layers_params")?;
-        plan.step(INTENSITY_LAYERS, Invocations::line(job.capacity), &[])?;
+        let points = if job.glass.is_some() { "clean_points" } else { "points" };
+        plan.step(INTENSITY_LAYERS, Invocations::line(job.capacity), &[("points", points)])?;
         plan.with(&[("deskewed", job.deskew), ("ringed", job.plane_rings.is_some())])
     }
 

@@ -4,18 +4,21 @@
 pub mod align_color;
 pub mod back_project;
 pub mod drm;
+pub mod glass;
 pub mod goal_inflation;
 pub mod inflate;
 pub mod ingest;
 pub mod intensity_classes;
 pub mod intensity_layers;
 pub mod move_window;
+pub mod pane_cells;
 pub mod plan_map;
 pub mod register_color;
 pub mod scan_window;
 pub mod see_through;
 pub mod spatial_median;
 pub mod tally;
+pub mod targets;
 pub mod trajectory_cost;
 pub mod update;
 pub mod view;
@@ -24,7 +27,7 @@ pub mod weigh;
 use glam::{DVec3, Vec4};
 
 use crate::camera::CameraModel;
-use crate::config::{Config, Method};
+use crate::config::{Config, Fusion, Method};
 use crate::error::Result;
 use crate::frame::Grid;
 use crate::geometry::Rigid;
@@ -63,6 +66,11 @@ impl Job {
     /// Whether pixels carry weights of their own.
     pub fn weighted(&self) -> bool {
         self.confidence || self.drm.is_some()
+    }
+
+    /// Whether weights above tau count fully.
+    pub fn gated(&self) -> bool {
+        self.config.fusion == Fusion::Gate
     }
 
     /// The buffer that back-projection and clearing take their depth from.
@@ -194,6 +202,16 @@ pub trait Stage: std::fmt::Debug {
     /// # Errors
     /// [`crate::Error::Input`] where data do not fit their buffer.
     fn write(&self, moment: &Moment<'_>, input: &mut FrameInput<'_>) -> Result<()>;
+}
+
+/// What brings colour onto the depth grid, where colour is wanted and there is some.
+pub(crate) fn color_stage(job: &Job) -> Option<Box<dyn Stage>> {
+    job.color.map(|camera| -> Box<dyn Stage> {
+        match job.color_aligned {
+            true => Box::new(align_color::AlignColor { camera }),
+            false => Box::new(register_color::RegisterColor { camera }),
+        }
+    })
 }
 
 /// The rows of a transform as shaders take them: rotation in x, y, z, translation in w.

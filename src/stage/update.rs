@@ -60,7 +60,7 @@ impl Stage for Update {
             plan.product(grid, job.grid_bytes(4))?;
         }
         plan.step(UPDATE, Invocations::area(job.side(), job.side()), &[])?;
-        plan.with(&[("weighted", job.weighted())])
+        plan.with(&[("weighted", job.weighted()), ("gated", job.gated())])
     }
 
     fn write(&self, moment: &Moment<'_>, input: &mut FrameInput<'_>) -> Result<()> {

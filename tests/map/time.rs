@@ -1,6 +1,7 @@
 //! How many frames it takes: hysteresis, confirmations, forgetting, by the formula.
 
 use limpid::Config;
+use limpid::config::Fusion;
 use limpid::recording::RgbdFrame;
 
 use crate::support::gpu::skipped;
@@ -102,11 +103,30 @@ fn reliability_of_0_6_never_marks_and_of_0_8_does() {
         for frame in &mut frames {
             frame.confidence = Some(vec![weight; frame.depth.samples.len()]);
         }
-        let out = run(&Config::default(), &frames);
+        let out = run(&Config { fusion: Fusion::Weight, ..Config::default() }, &frames);
         assert_eq!(out.iter().position(|out| lethal(out, FACE[0], FACE[1])), first, "R = {weight}");
         let p = occupancy(out.last().unwrap(), FACE[0], FACE[1]);
         let want = f64::from(weight) * (1.0 - 0.85_f64.powi(24));
         assert!((f64::from(p) - want).abs() < 2e-4, "{p} where {want} is wanted");
+    }
+}
+
+#[test]
+fn gated_reliability_counts_fully_above_tau_and_not_at_all_up_to_it() {
+    if skipped() {
+        return;
+    }
+    let fully = (1..).position(|n| 1.0 - 0.85_f64.powi(n) >= 0.7);
+    for (weight, first) in [(0.3_f32, None), (0.31, fully), (0.6, fully), (1.0, fully)] {
+        let mut frames = still(&wall(), ahead(), 10);
+        for frame in &mut frames {
+            frame.confidence = Some(vec![weight; frame.depth.samples.len()]);
+        }
+        let out = run(&Config { fusion: Fusion::Gate, ..Config::default() }, &frames);
+        assert_eq!(out.iter().position(|out| lethal(out, FACE[0], FACE[1])), first, "R = {weight}");
+        let p = f64::from(occupancy(out.last().unwrap(), FACE[0], FACE[1]));
+        let want = if first.is_some() { 1.0 - 0.85_f64.powi(10) } else { 0.0 };
+        assert!((p - want).abs() < 1e-5, "{p} where {want} is wanted");
     }
 }
 

@@ -3,6 +3,7 @@
 pub(crate) mod align_color;
 pub(crate) mod back_project;
 pub(crate) mod drm;
+pub(crate) mod glass;
 pub(crate) mod goal_inflation;
 pub(crate) mod inflate;
 pub(crate) mod ingest;
@@ -16,5 +17,6 @@ pub(crate) mod see_through;
 pub(crate) mod sim;
 pub(crate) mod spatial_median;
 pub(crate) mod tally;
+pub(crate) mod targets;
 pub(crate) mod update;
 pub(crate) mod weigh;

@@ -3,6 +3,7 @@
 mod align_color;
 mod back_project;
 mod drm;
+mod glass;
 mod goal_inflation;
 mod inflate;
 mod ingest;
@@ -14,6 +15,7 @@ mod register_color;
 mod see_through;
 mod spatial_median;
 mod tally;
+mod targets;
 mod update;
 mod view;
 mod weigh;

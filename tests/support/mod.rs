@@ -6,6 +6,7 @@ use std::path::PathBuf;
 pub(crate) mod camera_job;
 pub(crate) mod compare;
 pub(crate) mod drive;
+pub(crate) mod glass_room;
 pub(crate) mod gpu;
 pub(crate) mod random;
 pub(crate) mod room;

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use serde_bytes::Bytes;
 
+use super::glass::{cleaned_cloud, labelled_cloud, pane_markers};
 use super::mcap::{GridTopics, occupancy_grid, write_costmap};
 use super::{McapSink, Sink};
 use crate::config::Config;
@@ -22,6 +23,9 @@ const TOPICS: GridTopics =
 /// | `/limpid/plan` | `nav_msgs/OccupancyGrid` of the plan map's costs |
 /// | `/limpid/plan_raw` | `nav2_msgs/Costmap`, its costs |
 /// | `/limpid/plan_classes` | `nav_msgs/OccupancyGrid`: 0 free, 25 passable, 50 inflated, 75 transparent, 100 solid, -1 unknown |
+/// | `/limpid/glass/points` | `sensor_msgs/PointCloud2`: x, y, z, intensity, ring, return_type, class, plane_id (lidar frame), where glass is searched for |
+/// | `/limpid/glass/cleaned` | the same, for SLAM: inside, glass, outside and mirrored points |
+/// | `/limpid/glass/panes` | `visualization_msgs/MarkerArray`: panes as thin boxes (lidar frame) |
 /// | `/tf` | map from base, base from lidar, where the map is not the lidar's own frame |
 pub struct ScanMcapSink {
     mcap: McapSink,
@@ -80,6 +84,14 @@ impl Sink<ScanFrame, ScanOutput> for ScanMcapSink {
                 output.classes.iter().map(|&class| occupancy_of_class(class).cast_unsigned()).collect();
             let message = occupancy_grid(stamp_ns, map_frame, &output.grid, Bytes::new(&classes));
             file.write("/limpid/plan_classes", stamp_ns, &message)?;
+            if let Some(labelled) = &output.glass {
+                let header = || Header::new(stamp_ns, lidar_frame);
+                let points = labelled_cloud(header(), &input.scan, labelled);
+                file.write("/limpid/glass/points", stamp_ns, &points)?;
+                let points = cleaned_cloud(header(), &input.scan, labelled);
+                file.write("/limpid/glass/cleaned", stamp_ns, &points)?;
+                file.write("/limpid/glass/panes", stamp_ns, &pane_markers(&header(), &labelled.panes))?;
+            }
             match transforms {
                 Some(transforms) => file.write("/tf", stamp_ns, &TFMessage { transforms }),
                 None => Ok(()),

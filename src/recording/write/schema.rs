@@ -19,6 +19,7 @@ macro_rules! definitions {
 
 /// Every interface that limpid writes, from the public ROS 2 interface definitions.
 const DEFINITIONS: &[Definition] = definitions![
+    "builtin_interfaces" "Duration",
     "builtin_interfaces" "Time",
     "diagnostic_msgs" "DiagnosticArray",
     "diagnostic_msgs" "DiagnosticStatus",
@@ -39,9 +40,14 @@ const DEFINITIONS: &[Definition] = definitions![
     "sensor_msgs" "PointCloud2",
     "sensor_msgs" "PointField",
     "sensor_msgs" "RegionOfInterest",
+    "std_msgs" "ColorRGBA",
     "std_msgs" "Header",
     "std_msgs" "String",
     "tf2_msgs" "TFMessage",
+    "visualization_msgs" "Marker",
+    "visualization_msgs" "MarkerArray",
+    "visualization_msgs" "MeshFile",
+    "visualization_msgs" "UVCoordinate",
 ];
 
 /// Line between the definitions of one schema.

@@ -11,15 +11,15 @@ use super::font::{GLYPH_HEIGHT, GLYPH_WIDTH, glyph};
 use crate::error::{Error, Result};
 
 /// Red, green, blue.
-pub(super) type Rgb = [u8; 3];
+pub(crate) type Rgb = [u8; 3];
 
 /// Picture pixels per pixel of the font.
 const TEXT_SCALE: i64 = 2;
 /// Height of a line of text, pixels.
-pub(super) const TEXT_HEIGHT: i64 = GLYPH_HEIGHT as i64 * TEXT_SCALE;
+pub(crate) const TEXT_HEIGHT: i64 = GLYPH_HEIGHT as i64 * TEXT_SCALE;
 
 /// `share` 0 gives `from`, 1 gives `to`.
-pub(super) fn mix(from: Rgb, to: Rgb, share: f32) -> Rgb {
+pub(crate) fn mix(from: Rgb, to: Rgb, share: f32) -> Rgb {
     let share = share.clamp(0.0, 1.0);
     std::array::from_fn(|i| byte(f32::from(from[i]) * (1.0 - share) + f32::from(to[i]) * share))
 }
@@ -30,24 +30,24 @@ pub(super) fn mix(from: Rgb, to: Rgb, share: f32) -> Rgb {
     clippy::cast_sign_loss,
     reason = "float-to-integer casts saturate; NaN becomes 0"
 )]
-pub(super) fn byte(value: f32) -> u8 {
+pub(crate) fn byte(value: f32) -> u8 {
     value.round() as u8
 }
 
 /// Pixels from the top left, x right and y down.
-pub(super) struct Canvas {
+pub(crate) struct Canvas {
     width: u32,
     height: u32,
     rgb: Vec<u8>,
 }
 
 impl Canvas {
-    pub(super) fn new(width: u32, height: u32, background: Rgb) -> Self {
+    pub(crate) fn new(width: u32, height: u32, background: Rgb) -> Self {
         let rgb = background.repeat(width as usize * height as usize);
         Self { width, height, rgb }
     }
 
-    pub(super) fn set(&mut self, x: i64, y: i64, color: Rgb) {
+    pub(crate) fn set(&mut self, x: i64, y: i64, color: Rgb) {
         if (0..i64::from(self.width)).contains(&x) && (0..i64::from(self.height)).contains(&y) {
             // Both are in range and so fit.
             let offset = usize::try_from(3 * (y * i64::from(self.width) + x)).unwrap_or_default();
@@ -55,7 +55,7 @@ impl Canvas {
         }
     }
 
-    pub(super) fn fill(&mut self, x: i64, y: i64, width: i64, height: i64, color: Rgb) {
+    pub(crate) fn fill(&mut self, x: i64, y: i64, width: i64, height: i64, color: Rgb) {
         for row in y..y + height {
             for column in x..x + width {
                 self.set(column, row, color);
@@ -64,13 +64,13 @@ impl Canvas {
     }
 
     /// A filled rectangle with a border of one pixel.
-    pub(super) fn fill_framed(&mut self, x: i64, y: i64, width: i64, height: i64, color: Rgb, border: Rgb) {
+    pub(crate) fn fill_framed(&mut self, x: i64, y: i64, width: i64, height: i64, color: Rgb, border: Rgb) {
         self.fill(x - 1, y - 1, width + 2, height + 2, border);
         self.fill(x, y, width, height, color);
     }
 
     /// Text whose top left corner is (`x`, `y`); gives the x where it ends.
-    pub(super) fn text(&mut self, x: i64, y: i64, text: &str, color: Rgb) -> i64 {
+    pub(crate) fn text(&mut self, x: i64, y: i64, text: &str, color: Rgb) -> i64 {
         let mut left = x;
         for character in text.chars() {
             for (rows, bits) in (0..).zip(glyph(character)) {
@@ -85,7 +85,7 @@ impl Canvas {
     }
 
     /// Text with a dark rim, legible on any ground.
-    pub(super) fn rimmed_text(&mut self, x: i64, y: i64, text: &str, color: Rgb, rim: Rgb) {
+    pub(crate) fn rimmed_text(&mut self, x: i64, y: i64, text: &str, color: Rgb, rim: Rgb) {
         for (dx, dy) in [(-1, -1), (0, -1), (1, -1), (-1, 0), (1, 0), (-1, 1), (0, 1), (1, 1)] {
             self.text(x + dx, y + dy, text, rim);
         }
@@ -93,7 +93,7 @@ impl Canvas {
     }
 
     /// A filled triangle with corners in pixels.
-    pub(super) fn triangle(&mut self, corners: [[f64; 2]; 3], color: Rgb) {
+    pub(crate) fn triangle(&mut self, corners: [[f64; 2]; 3], color: Rgb) {
         let [a, b, c] = corners;
         // Twice the signed area of p and the edge from `from` to `to`.
         let side = |from: [f64; 2], to: [f64; 2], p: [f64; 2]| {
@@ -130,7 +130,7 @@ impl Canvas {
     }
 
     /// Writes the picture as PNG.
-    pub(super) fn save(&self, path: &Path) -> Result<()> {
+    pub(crate) fn save(&self, path: &Path) -> Result<()> {
         let mut bytes = Cursor::new(Vec::new());
         PngEncoder::new(&mut bytes)
             .write_image(&self.rgb, self.width, self.height, ExtendedColorType::Rgb8)

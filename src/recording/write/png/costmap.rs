@@ -44,7 +44,7 @@ fn draw_cells(canvas: &mut Canvas, grid: &Grid, costmap: &[u8], scale: i64) {
 }
 
 /// RViz's palette: blue to red for occupancies 1..=98.
-fn color_of_cost(cost: u8) -> Rgb {
+pub(crate) fn color_of_cost(cost: u8) -> Rgb {
     match occupancy_of_cost(cost) {
         0 => FREE,
         99 => INSCRIBED,

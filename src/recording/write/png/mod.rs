@@ -9,13 +9,15 @@ use crate::frame::FrameOutput;
 use crate::lidar::{ScanFrame, ScanOutput};
 use crate::recording::RgbdFrame;
 
-mod canvas;
+pub(crate) mod canvas;
 mod costmap;
 mod font;
+mod glass;
 mod plan;
 mod reliability;
 
 use canvas::{Canvas, Rgb, TEXT_HEIGHT};
+pub(crate) use costmap::color_of_cost;
 
 /// Ground of the legends.
 const PANEL: Rgb = [24, 24, 26];
@@ -65,7 +67,7 @@ impl Sink for PngSink {
     }
 }
 
-/// Writes `DIR/NNNNNN-plan.png` of every lidar scan.
+/// Writes `DIR/NNNNNN-plan.png` of every lidar scan, and `DIR/NNNNNN-glass.png` where glass is searched for.
 pub struct ScanPngSink {
     folder: PathBuf,
 }
@@ -82,7 +84,11 @@ impl ScanPngSink {
 }
 
 impl Sink<ScanFrame, ScanOutput> for ScanPngSink {
-    fn write(&mut self, _input: &ScanFrame, output: &ScanOutput) -> Result<()> {
+    fn write(&mut self, input: &ScanFrame, output: &ScanOutput) -> Result<()> {
+        if let Some(labelled) = &output.glass {
+            let path = self.folder.join(format!("{:06}-glass.png", output.index));
+            glass::draw(&input.scan, labelled, output).save(&path)?;
+        }
         plan::draw(output).save(&self.folder.join(format!("{:06}-plan.png", output.index)))
     }
 

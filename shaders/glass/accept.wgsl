@@ -1,0 +1,243 @@
+// Decides whether the plane under test is a pane, finds its boundaries, and takes its candidates off the list.
+// spec 3 §3, §4, §5 (panes with too few points behind them are dropped).
+@group(0) @binding(0) var<uniform> glass_params: GlassParams;
+@group(0) @binding(1) var<storage, read> candidates: array<vec4<f32>>;
+@group(0) @binding(2) var<storage, read> survey: array<u32>;
+@group(0) @binding(3) var<storage, read_write> found: Found;
+@group(0) @binding(4) var<storage, read_write> left: array<vec4<f32>>;
+@group(0) @binding(5) var<storage, read_write> scan_panes: array<Pane>;
+@group(0) @binding(6) var<storage, read_write> scores: array<u32>;
+@group(0) @binding(7) var<storage, read_write> glass_counters: array<u32>;
+
+const LANES = 128u;
+
+// Of the beams that reach the plane where its candidates lie, at least this share shows glass: edges of things that
+// happen to lie in one plane show it here and there only.
+const LEAST_DENSITY = 0.1;
+// Share of the candidates at each end that does not count for where they lie.
+const TAIL_SHARE = 0.01;
+// A pane goes on where at least this share of the beams shows glass or a view through; the rest is frame or wall.
+const OPEN_SHARE = 0.3;
+// Beams that a line of squares needs to say anything.
+const LEAST_BEAMS = 3u;
+// A frame is no wider than this, metres; a wall ends the pane.
+const WIDEST_FRAME_M = 0.75;
+// A pane stands in a frame or wall: z of the normal below that of 45 degrees. Beams that slip past edges onto the ground give
+// two returns too, and the ground is flat.
+const LEAST_LYING = 0.7;
+// Two panes are farther apart than this, metres.
+const NEAR_PANE_M = 0.3;
+
+var<workgroup> sums: array<vec4<u32>, LANES>;
+var<workgroup> bounds: vec4<u32>;      // first and last square of u, first and last of v
+var<workgroup> accepted: bool;
+var<workgroup> starts: array<u32, LANES>;
+
+fn counts_at(u: u32, v: u32) -> vec4<u32> {
+    let at = v * SURVEY_WIDE + u;
+    return vec4(
+        survey[SHOWN * SURVEY_SQUARES + at] + survey[SHINING * SURVEY_SQUARES + at],
+        survey[DIM * SURVEY_SQUARES + at],
+        survey[BRIGHT * SURVEY_SQUARES + at],
+        survey[BEYOND * SURVEY_SQUARES + at],
+    );
+}
+
+// Sums over one line of squares: number `line` along u (upright lines) or v, between the bounds of the other axis.
+fn line_sum(line: u32, upright: bool) -> vec4<u32> {
+    var sum = vec4(0u);
+    if upright && line < SURVEY_WIDE {
+        for (var v = bounds.z; v <= bounds.w; v++) {
+            sum += counts_at(line, v);
+        }
+    }
+    if !upright && line < SURVEY_HIGH {
+        for (var u = bounds.x; u <= bounds.y; u++) {
+            sum += counts_at(u, line);
+        }
+    }
+    return sum;
+}
+
+// Beams that go through an upright line of squares of the pane.
+fn through(line: u32) -> u32 {
+    var sum = 0u;
+    if line >= bounds.x && line <= bounds.y {
+        for (var v = bounds.z; v <= bounds.w; v++) {
+            let at = v * SURVEY_WIDE + line;
+            sum += survey[SHOWN * SURVEY_SQUARES + at] + survey[BEYOND * SURVEY_SQUARES + at];
+        }
+    }
+    return sum;
+}
+
+// First and last line between which all but the tails of the candidates lie.
+fn core(lines: u32) -> vec2<u32> {
+    var total = 0u;
+    for (var k = 0u; k < lines; k++) {
+        total += sums[k].x;
+    }
+    let tail = u32(TAIL_SHARE * f32(total));
+    var below = 0u;
+    var first = 0u;
+    var last = 0u;
+    for (var k = 0u; k < lines; k++) {
+        if below <= tail {
+            first = k;
+        }
+        if below < total - tail {
+            last = k;
+        }
+        below += sums[k].x;
+    }
+    return vec2(first, max(first, last));
+}
+
+// Goes on from `from` while the lines show glass or a view through, over frames but not over walls.
+fn grow(from_line: u32, lines: u32, up: bool) -> u32 {
+    var end = from_line;
+    var closed = 0u;
+    let most = u32(WIDEST_FRAME_M / SQUARE_M);
+    for (var k = 1u; k < lines; k++) {
+        let line = select(from_line - k, from_line + k, up);
+        if (up && line >= lines) || (!up && k > from_line) || closed > most {
+            break;
+        }
+        let sum = sums[line];
+        let beams = sum.x + sum.y + sum.z + sum.w;
+        let open = f32(sum.x + sum.y + sum.w) >= OPEN_SHARE * f32(beams);
+        if beams >= LEAST_BEAMS {
+            closed = select(closed + 1u, 0u, open);
+            end = select(end, line, open);
+        }
+    }
+    return end;
+}
+
+fn measure(lane: u32, upright: bool) {
+    sums[lane] = line_sum(lane, upright);
+}
+
+fn extent() -> vec4<f32> {
+    let half = 0.5 * vec2(f32(SURVEY_WIDE), f32(SURVEY_HIGH));
+    return SQUARE_M * vec4(
+        f32(bounds.x) - half.x,
+        f32(bounds.y) + 1.0 - half.x,
+        f32(bounds.z) - half.y,
+        f32(bounds.w) + 1.0 - half.y,
+    );
+}
+
+fn pane_under_test() -> Pane {
+    return Pane(found.plane, found.level, extent(), 1u, 1u, 0u, 1u);
+}
+
+// Whether a candidate is still to be explained.
+fn stays(p: vec3<f32>, pane: Pane, tested: bool) -> bool {
+    if !tested {
+        return false;
+    }
+    let over = dot(pane.normal.xyz, p) - pane.normal.w;
+    let on = abs(over) < glass_params.fit_tolerance_m;
+    let crossing = cross_pane(pane, p, MARGIN_M);
+    let behind = accepted && crossing.inside && crossing.over > 0.0;
+    return !on && !(accepted && abs(over) < NEAR_PANE_M) && !behind;
+}
+
+@compute @workgroup_size(LANES)
+fn accept(@builtin(local_invocation_index) lane: u32) {
+    let tested = found.inliers > 0u;
+    let pane_number = found.panes;
+    if lane == 0u {
+        // Without a plane under test all lines are empty.
+        bounds = select(vec4(1u, 0u, 1u, 0u), vec4(0u, SURVEY_WIDE - 1u, 0u, SURVEY_HIGH - 1u), tested);
+        accepted = false;
+    }
+    workgroupBarrier();
+    measure(lane, true);
+    workgroupBarrier();
+    if lane == 0u {
+        let u = core(SURVEY_WIDE);
+        bounds = select(bounds, vec4(u, bounds.zw), tested);
+    }
+    workgroupBarrier();
+    measure(lane, false);
+    workgroupBarrier();
+    if lane == 0u {
+        let v = core(SURVEY_HIGH);
+        bounds = select(bounds, vec4(bounds.xy, v), tested);
+        var sum = vec4(0u);
+        for (var k = v.x; k <= v.y; k++) {
+            sum += sums[k];
+        }
+        let dense = f32(sum.x) >= LEAST_DENSITY * f32(sum.x + sum.y + sum.z + sum.w);
+        let stands = abs(found.plane.z) < LEAST_LYING;
+        accepted = tested && dense && stands && sum.x > 0u && pane_number < SCAN_PANES;
+    }
+    workgroupBarrier();
+    for (var turn = 0u; turn < 2u; turn++) {
+        measure(lane, true);
+        workgroupBarrier();
+        if lane == 0u {
+            let u = vec2(grow(bounds.x, SURVEY_WIDE, false), grow(bounds.y, SURVEY_WIDE, true));
+            bounds = select(bounds, vec4(u, bounds.zw), tested);
+        }
+        workgroupBarrier();
+        measure(lane, false);
+        workgroupBarrier();
+        if lane == 0u {
+            let v = vec2(grow(bounds.z, SURVEY_HIGH, false), grow(bounds.w, SURVEY_HIGH, true));
+            bounds = select(bounds, vec4(bounds.xy, v), tested);
+        }
+        workgroupBarrier();
+    }
+    starts[lane] = through(lane);
+    workgroupBarrier();
+    if lane == 0u {
+        var behind = 0u;
+        for (var k = 0u; k < LANES; k++) {
+            behind += starts[k];
+        }
+        accepted = accepted && behind >= glass_params.min_behind;
+    }
+    workgroupBarrier();
+    let pane = pane_under_test();
+    let count = found.candidates;
+    let each = (count + LANES - 1u) / LANES;
+    let begin = min(lane * each, count);
+    let end = min(begin + each, count);
+    var kept = 0u;
+    for (var k = begin; k < end; k++) {
+        kept += select(0u, 1u, stays(candidates[k].xyz, pane, tested));
+    }
+    starts[lane] = kept;
+    workgroupBarrier();
+    var number = 0u;
+    var total = 0u;
+    for (var k = 0u; k < LANES; k++) {
+        number += select(0u, starts[k], k < lane);
+        total += starts[k];
+    }
+    for (var k = begin; k < end; k++) {
+        if stays(candidates[k].xyz, pane, tested) {
+            left[number] = candidates[k];
+            number++;
+        }
+    }
+    for (var k = lane; k < MOST_HYPOTHESES; k += LANES) {
+        scores[k] = 0u;
+    }
+    storageBarrier();
+    workgroupBarrier();
+    if lane == 0u {
+        if accepted {
+            scan_panes[pane_number] = pane;
+            found.panes = pane_number + 1u;
+            glass_counters[COUNT_FOUND] = pane_number + 1u;
+        } else if tested {
+            glass_counters[COUNT_REFUSED] += 1u;
+        }
+        found.candidates = total;
+        found.inliers = 0u;
+    }
+}

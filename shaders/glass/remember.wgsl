@@ -1,0 +1,217 @@
+// Carries panes from scan to scan in the map frame: finds the kept pane of each one of this scan, refines it, keeps new
+// ones, lets go of those that beams have gone through, and gives the panes by which this scan is labelled. spec 3 §7.
+@group(0) @binding(0) var<uniform> glass_params: GlassParams;
+@group(0) @binding(1) var<storage, read> found: Found;
+@group(0) @binding(2) var<storage, read> scan_panes: array<Pane>;
+@group(0) @binding(3) var<storage, read> loaded_panes: array<Pane>;
+@group(0) @binding(4) var<storage, read_write> kept: Kept;
+@group(0) @binding(5) var<storage, read_write> pane_counts: array<u32>;
+@group(0) @binding(6) var<storage, read_write> panes: Panes;
+
+struct Kept {
+    last_id: u32,
+    pad0: u32,
+    pad1: u32,
+    pad2: u32,
+    panes: array<Pane, KEPT_PANES>,
+}
+
+// The same pane: normals within 8 degrees, centre this near to the plane, within this of the extents.
+const SAME_COS = 0.99;
+const SAME_M = 0.3;
+const SAME_EDGE_M = 1.0;
+// A mean over more scans than this would follow a drifting map too slowly.
+const MOST_HITS = 50u;
+// Head-on beams that must have met a pane's place before its absence counts, and the share of them that must still end on
+// it.
+const LEAST_HEAD_ON = 30u;
+const LEAST_SHOWING = 0.1;
+// Scans in a row that prove a pane absent.
+const MOST_MISSES = 3u;
+// A pane that one scan alone found goes away after this many without it.
+const LONE_SCANS = 10u;
+
+fn rotation() -> mat3x3<f32> {
+    return transpose(mat3x3<f32>(
+        glass_params.map_from_lidar_x.xyz,
+        glass_params.map_from_lidar_y.xyz,
+        glass_params.map_from_lidar_z.xyz,
+    ));
+}
+
+fn lidar_in_map() -> vec3<f32> {
+    return vec3(
+        glass_params.map_from_lidar_x.w,
+        glass_params.map_from_lidar_y.w,
+        glass_params.map_from_lidar_z.w,
+    );
+}
+
+fn upright_axis(pane: Pane) -> vec3<f32> {
+    return cross(pane.normal.xyz, pane.level.xyz);
+}
+
+// The pane after a rotation and a shift of everything.
+fn moved(pane: Pane, turn: mat3x3<f32>, shift: vec3<f32>) -> Pane {
+    var out = pane;
+    out.normal = vec4(turn * pane.normal.xyz, 0.0);
+    out.level = vec4(turn * pane.level.xyz, pane.level.w);
+    out.normal.w = pane.normal.w + dot(out.normal.xyz, shift);
+    let by = vec2(dot(out.level.xyz, shift), dot(upright_axis(out), shift));
+    out.extent = pane.extent + by.xxyy;
+    return out;
+}
+
+fn to_map(pane: Pane) -> Pane {
+    return moved(pane, rotation(), lidar_in_map());
+}
+
+// With the normal away from the sensor, as all that labels by it takes for granted.
+fn to_lidar(pane: Pane) -> Pane {
+    let turn = transpose(rotation());
+    var out = moved(pane, turn, -(turn * lidar_in_map()));
+    if out.normal.w < 0.0 {
+        // n and u turn round, so v = n x u stays.
+        out.normal = -out.normal;
+        out.level = vec4(-out.level.xyz, out.level.w);
+        out.extent = vec4(-out.extent.y, -out.extent.x, out.extent.z, out.extent.w);
+    }
+    return out;
+}
+
+fn centre(pane: Pane) -> vec3<f32> {
+    let e = pane.extent;
+    return pane.normal.xyz * pane.normal.w + pane.level.xyz * 0.5 * (e.x + e.y) + upright_axis(pane) * 0.5 * (e.z + e.w);
+}
+
+// Extents of `other` in the axes of `pane`: centre moved over, sizes kept.
+fn extent_in(pane: Pane, other: Pane) -> vec4<f32> {
+    let at = centre(other);
+    let mid = vec2(dot(at, pane.level.xyz), dot(at, upright_axis(pane)));
+    let half = 0.5 * vec2(other.extent.y - other.extent.x, other.extent.w - other.extent.z);
+    return vec4(mid.x - half.x, mid.x + half.x, mid.y - half.y, mid.y + half.y);
+}
+
+fn united(a: vec4<f32>, b: vec4<f32>) -> vec4<f32> {
+    return vec4(min(a.x, b.x), max(a.y, b.y), min(a.z, b.z), max(a.w, b.w));
+}
+
+fn is_same(old: Pane, fresh: Pane) -> bool {
+    if old.id == 0u || abs(dot(old.normal.xyz, fresh.normal.xyz)) < SAME_COS {
+        return false;
+    }
+    let off = dot(old.normal.xyz, centre(fresh)) - old.normal.w;
+    let e = extent_in(old, fresh);
+    let apart = vec4(e.x - old.extent.y, old.extent.x - e.y, e.z - old.extent.w, old.extent.z - e.w);
+    return abs(off) < SAME_M && max(max(apart.x, apart.y), max(apart.z, apart.w)) < SAME_EDGE_M;
+}
+
+// The mean plane through the mean of the centres, weighted by scans; extents united.
+fn refined(old: Pane, given: Pane) -> Pane {
+    var fresh = given;
+    if dot(old.normal.xyz, fresh.normal.xyz) < 0.0 {
+        fresh.normal = -fresh.normal;
+        fresh.level = vec4(-fresh.level.xyz, fresh.level.w);
+        fresh.extent = vec4(-fresh.extent.y, -fresh.extent.x, fresh.extent.z, fresh.extent.w);
+    }
+    let weight = f32(min(old.hits, MOST_HITS));
+    var out = old;
+    let n = normalize(old.normal.xyz * weight + fresh.normal.xyz);
+    let here = centre(fresh);
+    let off = dot(old.normal.xyz, here) - old.normal.w;
+    let through = here - old.normal.xyz * off * weight / (weight + 1.0);
+    out.normal = vec4(n, dot(n, through));
+    out.level = vec4(normalize(old.level.xyz - n * dot(n, old.level.xyz)), fresh.level.w);
+    out.extent = united(extent_in(out, old), extent_in(out, fresh));
+    out.hits = old.hits + 1u;
+    out.misses = 0u;
+    return out;
+}
+
+fn forgets(pane: Pane, slot: u32) -> Pane {
+    var out = pane;
+    let showing = pane_counts[slot * PANE_COUNTS + SHOWING];
+    let passing = pane_counts[slot * PANE_COUNTS + PASSING];
+    out.age += 1u;
+    if showing + passing >= LEAST_HEAD_ON {
+        let absent = f32(showing) < LEAST_SHOWING * f32(showing + passing);
+        out.misses = select(0u, pane.misses + 1u, absent);
+    }
+    let lone = pane.hits == 1u && out.age > LONE_SCANS;
+    if out.misses >= MOST_MISSES || lone {
+        out.id = 0u;
+    }
+    return out;
+}
+
+// The slot for a pane of this scan: of the same pane, else an empty one, else that of the one found least often.
+fn slot_for(pane: Pane) -> u32 {
+    var slot = 0u;
+    var least = NONE;
+    for (var k = 0u; k < KEPT_PANES; k++) {
+        if is_same(kept.panes[k], pane) {
+            return k;
+        }
+        let hits = select(kept.panes[k].hits + 1u, 0u, kept.panes[k].id == 0u);
+        if hits < least {
+            least = hits;
+            slot = k;
+        }
+    }
+    return slot;
+}
+
+fn take_in(number: u32) {
+    let seen = scan_panes[number];
+    var fresh = to_map(seen);
+    let slot = slot_for(fresh);
+    var current = seen;
+    if is_same(kept.panes[slot], fresh) {
+        fresh = refined(kept.panes[slot], fresh);
+        // This scan's own plane fits it best, as poses have errors; the boundaries are the kept ones.
+        current.extent = extent_in(seen, to_lidar(fresh));
+    } else {
+        kept.last_id += 1u;
+        fresh.id = kept.last_id;
+        fresh.hits = 1u;
+        fresh.misses = 0u;
+        fresh.age = 1u;
+    }
+    kept.panes[slot] = fresh;
+    current.id = fresh.id;
+    current.hits = fresh.hits;
+    current.misses = 0u;
+    current.age = fresh.age;
+    panes.list[slot] = current;
+}
+
+@compute @workgroup_size(64)
+fn remember(@builtin(local_invocation_index) lane: u32) {
+    if lane == 0u {
+        for (var k = 0u; k < KEPT_PANES; k++) {
+            if glass_params.remembers == 0u {
+                kept.panes[k].id = 0u;
+            } else if kept.panes[k].id != 0u {
+                kept.panes[k] = forgets(kept.panes[k], k);
+            }
+        }
+        for (var k = 0u; k < min(glass_params.loaded, KEPT_PANES); k++) {
+            kept.panes[k] = loaded_panes[k];
+            kept.last_id = max(kept.last_id, loaded_panes[k].id);
+        }
+        for (var k = 0u; k < KEPT_PANES; k++) {
+            panes.list[k] = to_lidar(kept.panes[k]);
+        }
+        for (var k = 0u; k < min(found.panes, SCAN_PANES); k++) {
+            take_in(k);
+        }
+        var slots = 0u;
+        for (var k = 0u; k < KEPT_PANES; k++) {
+            slots = select(slots, k + 1u, kept.panes[k].id != 0u);
+        }
+        panes.slots = slots;
+        for (var k = 0u; k < KEPT_PANES * PANE_COUNTS; k++) {
+            pane_counts[k] = 0u;
+        }
+    }
+}

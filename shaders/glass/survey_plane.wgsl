@@ -1,0 +1,41 @@
+// Counts by squares of the plane under test what the beams show there: glass, frame or wall, or a view through.
+// spec 3 §4 (boundaries).
+@group(0) @binding(0) var<uniform> glass_params: GlassParams;
+@group(0) @binding(1) var<storage, read> points: array<vec4<f32>>;
+@group(0) @binding(2) var<storage, read> cells: array<u32>;
+@group(0) @binding(3) var<storage, read> candidate_bits: array<u32>;
+@group(0) @binding(4) var<storage, read> found: Found;
+@group(0) @binding(5) var<storage, read_write> survey: array<atomic<u32>>;
+
+// Beams that graze a plane say nothing about it: cosine of 80 degrees.
+const GRAZING_COS = 0.17;
+
+@compute @workgroup_size(64)
+fn survey_plane(@builtin(global_invocation_id) id: vec3<u32>) {
+    if id.x >= glass_params.rows * glass_params.columns || found.inliers == 0u {
+        return;
+    }
+    let first = cells[2u * id.x];
+    if first == NONE {
+        return;
+    }
+    let point = points[2u * index_in(first)];
+    let plane = found.plane;
+    let along = dot(plane.xyz, point.xyz);
+    let over = along - plane.w;
+    if over < -glass_params.plane_tolerance_m || along < GRAZING_COS * length(point.xyz) {
+        return;
+    }
+    let at = point.xyz * (plane.w / along);
+    let u = dot(at, found.level.xyz) / SQUARE_M + 0.5 * f32(SURVEY_WIDE);
+    let v = dot(at, cross(plane.xyz, found.level.xyz)) / SQUARE_M + 0.5 * f32(SURVEY_HIGH);
+    if u < 0.0 || v < 0.0 || u >= f32(SURVEY_WIDE) || v >= f32(SURVEY_HIGH) {
+        return;
+    }
+    let shown = (candidate_bits[id.x / 32u] & (1u << (id.x % 32u))) != 0u;
+    let dim = found.level.w <= 0.0 || point.w < found.level.w;
+    let dual = two_returns(first, cells[2u * id.x + 1u]);
+    var kind = select(select(BRIGHT, DIM, dim), select(SHINING, SHOWN, dual), shown);
+    kind = select(kind, BEYOND, over >= glass_params.plane_tolerance_m);
+    atomicAdd(&survey[kind * SURVEY_SQUARES + u32(v) * SURVEY_WIDE + u32(u)], 1u);
+}

@@ -1,0 +1,21 @@
+// The pane that the way to a point meets first. spec 3 §5 (per pane).
+struct Met {
+    slot: u32,      // NONE where it meets none
+    over: f32,      // how far the point lies behind it, metres; within the tolerance it lies on it
+}
+
+fn first_met(p: vec3<f32>) -> Met {
+    var met = Met(NONE, 0.0);
+    var least = 3.0e38;
+    for (var k = 0u; k < min(panes.slots, KEPT_PANES); k++) {
+        if panes.list[k].id != 0u {
+            let crossing = cross_pane(panes.list[k], p, MARGIN_M);
+            let reached = crossing.inside && crossing.over > -glass_params.plane_tolerance_m;
+            if reached && crossing.share < least {
+                least = crossing.share;
+                met = Met(k, crossing.over);
+            }
+        }
+    }
+    return met;
+}

@@ -1,0 +1,59 @@
+// Puts panes into the map: the cells that a pane's foot line crosses hold glass. spec 3 §7.
+struct PaneCellsParams {
+    window_from_lidar_x: vec4<f32>,
+    window_from_lidar_y: vec4<f32>,
+    window_from_lidar_z: vec4<f32>,
+    side: u32,
+    resolution_m: f32,
+    pad0: u32,
+    pad1: u32,
+}
+
+@group(0) @binding(0) var<uniform> pane_cells_params: PaneCellsParams;
+@group(0) @binding(1) var<storage, read> panes: Panes;
+@group(0) @binding(2) var<storage, read_write> cell_class: array<u32>;
+@group(0) @binding(3) var<storage, read_write> strength: array<u32>;
+
+// A pane that lies flatter than this is no wall: cosine of 45 degrees.
+const UPRIGHT_COS = 0.7;
+
+fn turned(v: vec3<f32>) -> vec3<f32> {
+    return vec3(
+        dot(pane_cells_params.window_from_lidar_x.xyz, v),
+        dot(pane_cells_params.window_from_lidar_y.xyz, v),
+        dot(pane_cells_params.window_from_lidar_z.xyz, v),
+    );
+}
+
+fn crosses(pane: Pane, at: vec3<f32>) -> bool {
+    let shift = vec3(
+        pane_cells_params.window_from_lidar_x.w,
+        pane_cells_params.window_from_lidar_y.w,
+        pane_cells_params.window_from_lidar_z.w,
+    );
+    let n = turned(pane.normal.xyz);
+    if pane.id == 0u || abs(n.z) > UPRIGHT_COS {
+        return false;
+    }
+    let off = dot(n, at - shift) - pane.normal.w;
+    let along = dot(turned(pane.level.xyz), at - shift);
+    let half = 0.5 * pane_cells_params.resolution_m;
+    return abs(off) <= half * (abs(n.x) + abs(n.y)) && along >= pane.extent.x - half && along <= pane.extent.y + half;
+}
+
+@compute @workgroup_size(64)
+fn pane_cells(@builtin(global_invocation_id) id: vec3<u32>) {
+    let side = pane_cells_params.side;
+    if id.x >= side * side {
+        return;
+    }
+    let cell = vec2(f32(id.x % side), f32(id.x / side)) + 0.5;
+    // z = 0 is the lidar's height.
+    let at = vec3(cell * pane_cells_params.resolution_m, 0.0);
+    for (var k = 0u; k < min(panes.slots, KEPT_PANES); k++) {
+        if crosses(panes.list[k], at) {
+            cell_class[id.x] = TRANSPARENT | (u32(INTENSITY_STEPS) << 8u);
+            strength[id.x] = u32(INTENSITY_STEPS);
+        }
+    }
+}

@@ -1,0 +1,97 @@
+//! `limpid targets`.
+
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use clap::Args;
+use limpid::stage::targets::Rule;
+use limpid::targets::{Distance, Request, SampleFile, make};
+use limpid::{Config, Result, recording};
+
+use super::Common;
+
+#[derive(Debug, Args)]
+pub(crate) struct TargetsArguments {
+    /// Recordings with colour and poses: MCAP files, ROS 1 bags, TUM folders
+    #[arg(required = true)]
+    inputs: Vec<PathBuf>,
+    /// Write NAME.safetensors into this folder for each recording
+    #[arg(short, long, value_name = "DIR")]
+    output: PathBuf,
+    /// Parameters in YAML (topics, frames, transforms)
+    #[arg(short, long, value_name = "FILE")]
+    config: Option<PathBuf>,
+    /// Refuse recordings without ground truth
+    #[arg(long)]
+    truth: bool,
+    /// Make a sample of one in N frames; all serve as references
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
+    every: u64,
+    /// Other frames that must agree on a reference
+    #[arg(long, value_name = "N", default_value_t = Rule::default().least_views, value_parser = clap::value_parser!(u32).range(1..=16))]
+    views: u32,
+    /// Distance of the stereo camera's imagers in metres, for its noise
+    #[arg(long, value_name = "M", default_value_t = Rule::default().baseline_m, value_parser = positive)]
+    baseline: f64,
+    /// Noise of the stereo matcher in pixels of disparity
+    #[arg(long, value_name = "PX", default_value_t = Rule::default().noise_px, value_parser = positive)]
+    noise: f64,
+    /// Use the adapter whose name or driver contains this
+    #[arg(long, value_name = "NAME")]
+    adapter: Option<String>,
+}
+
+fn positive(text: &str) -> std::result::Result<f64, String> {
+    let number = text.parse().ok().filter(|n: &f64| n.is_finite() && *n > 0.0);
+    number.ok_or_else(|| format!("`{text}` is not a positive number"))
+}
+
+pub(crate) fn execute(arguments: &TargetsArguments) -> Result<()> {
+    let common = Common { config: arguments.config.clone(), method: None, weights: None, adapter: None };
+    let config = common.config()?;
+    let rule = Rule {
+        baseline_m: arguments.baseline,
+        noise_px: arguments.noise,
+        least_views: arguments.views,
+        ..Rule::default()
+    };
+    let request = Request {
+        rule,
+        needs_truth: arguments.truth,
+        every: arguments.every,
+        adapter: arguments.adapter.clone(),
+    };
+    let mut all = Distance::default();
+    for input in &arguments.inputs {
+        all.merge(&one(input, &config, &request, &arguments.output)?);
+    }
+    if arguments.inputs.len() > 1 {
+        println!("{} recordings\n{all}", arguments.inputs.len());
+    }
+    Ok(())
+}
+
+fn one(input: &Path, config: &Config, request: &Request, folder: &Path) -> Result<Distance> {
+    let start = Instant::now();
+    let mut recording = recording::open(input, config)?;
+    let mut file = SampleFile::create(folder, input)?;
+    let report = make(input, recording.as_mut(), request, &mut |sample| file.add(sample))?;
+    for note in &report.read.notes {
+        println!("note: {note}");
+    }
+    for skipped in &report.read.skipped {
+        println!("skipped {} x {}: {}", skipped.count, skipped.source, skipped.reason);
+    }
+    for path in file.finish()? {
+        println!("{}", path.display());
+    }
+    println!(
+        "{} samples in {:.1} s on {}; {} frames without a pose",
+        report.samples,
+        start.elapsed().as_secs_f64(),
+        report.adapter,
+        report.without_pose
+    );
+    println!("{}", report.distance);
+    Ok(report.distance)
+}

@@ -1,0 +1,157 @@
+//! Labels scans, without a map: the passes of glass alone.
+
+use bytemuck::pod_read_unaligned;
+
+use super::{BeamGrid, GlassCounters, Pane, PointClass};
+use crate::config::Config;
+use crate::error::{Error, Result};
+use crate::geometry::Rigid;
+use crate::gpu::{Chosen, Executor, Plan, Readback};
+use crate::recording::points::Scan;
+use crate::stage::glass::{Glass, GlassMoment, MOST_POINTS};
+
+/// Bytes of a point as it is uploaded.
+const POINT_BYTES: u64 = 32;
+/// Points that a labeller is built for at least, and in steps of which it grows.
+const CAPACITY_STEP: u32 = 4096;
+/// Bytes before the panes.
+const HEADER_BYTES: usize = 16;
+
+/// A scan with its labels.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LabelledScan {
+    /// Class and pane id (0: none) of each point, in the scan's order.
+    pub classes: Vec<(PointClass, u32)>,
+    /// The panes that it was labelled by, in the lidar's frame; their ids are those of the points.
+    pub panes: Vec<Pane>,
+    /// What was met.
+    pub counters: GlassCounters,
+    /// GPU time per pass in milliseconds, in order, when profiling.
+    pub pass_ms: Vec<(String, f64)>,
+}
+
+impl LabelledScan {
+    /// Of a scan of `points` points that came back.
+    ///
+    /// # Errors
+    /// [`Error::Gpu`] where labels were not read back.
+    pub(crate) fn read(readback: &Readback, executor: &Executor, points: usize) -> Result<Self> {
+        let bytes = |name: &str| readback.bytes(executor.find(name)?);
+        let words = |name: &str| -> Result<Vec<u32>> {
+            Ok(bytes(name)?.chunks_exact(4).map(pod_read_unaligned).collect())
+        };
+        let panes = bytes("panes")?.get(HEADER_BYTES..).unwrap_or_default();
+        let panes = panes.chunks_exact(size_of::<Pane>()).map(pod_read_unaligned::<Pane>);
+        let class = |word: &u32| (PointClass::of_number(word.to_le_bytes()[0]), word >> 8);
+        let spans = readback.spans.iter();
+        Ok(Self {
+            classes: words("classes")?.iter().take(points).map(class).collect(),
+            panes: panes.filter(|pane| pane.id != 0).collect(),
+            counters: GlassCounters::of_words(&words("glass_counters")?),
+            pass_ms: spans.map(|(name, span)| (name.to_string(), span.length_ns * 1e-6)).collect(),
+        })
+    }
+}
+
+/// Scans in, labels out, one at a time.
+pub struct Labeller {
+    config: Config,
+    glass: Glass,
+    executor: Executor,
+    capacity: u32,
+    load: Option<Vec<Pane>>,
+}
+
+impl Labeller {
+    /// For scans like `first`; built anew where one has more points.
+    ///
+    /// # Errors
+    /// [`Error::Config`]; [`Error::Input`] for a first scan without points; [`Error::NoAdapter`], [`Error::Limit`],
+    /// [`Error::Gpu`].
+    pub fn open(config: &Config, first: &Scan, adapter: Option<&str>, profiling: bool) -> Result<Self> {
+        config.validate()?;
+        let capacity = roomy(first.points.len())?;
+        let glass = Glass { grid: BeamGrid::of_scan(first)?, load: Vec::new() };
+        let plan = plan(&glass, config, capacity)?;
+        let context = Chosen::find(adapter)?.open(&plan.requirements(), profiling)?;
+        let executor = Executor::build(&context, plan)?;
+        Ok(Self { config: config.clone(), glass, executor, capacity, load: None })
+    }
+
+    /// Panes to begin with, in the frame of the poses; they replace those that are kept.
+    pub fn load(&mut self, panes: Vec<Pane>) {
+        self.load = Some(panes);
+    }
+
+    /// Forgets all panes.
+    ///
+    /// # Errors
+    /// [`Error::Gpu`], [`Error::DeviceLost`].
+    pub fn reset(&mut self) -> Result<()> {
+        self.executor.reset()
+    }
+
+    /// The grid of beams.
+    pub fn grid(&self) -> &BeamGrid {
+        &self.glass.grid
+    }
+
+    /// Builds the passes anew for a scan with more points than fit; panes that are kept stay.
+    fn fit(&mut self, points: usize) -> Result<()> {
+        if points <= self.capacity as usize {
+            return Ok(());
+        }
+        let capacity = roomy(points)?;
+        let plan = plan(&self.glass, &self.config, capacity)?;
+        let mut executor = Executor::build(self.executor.context(), plan)?;
+        executor.take_state(&self.executor)?;
+        (self.executor, self.capacity) = (executor, capacity);
+        Ok(())
+    }
+
+    /// Labels a scan taken at `map_from_lidar`.
+    ///
+    /// # Errors
+    /// [`Error::Input`] for a pose that is no number or too many points; [`Error::Gpu`], [`Error::DeviceLost`].
+    pub fn label(&mut self, scan: &Scan, map_from_lidar: Rigid) -> Result<LabelledScan> {
+        if !(map_from_lidar.rotation.is_finite() && map_from_lidar.translation_m.is_finite()) {
+            return Err(Error::Input { what: "pose".into(), reason: "is not finite".into() });
+        }
+        let points = u32::try_from(scan.points.len()).unwrap_or(u32::MAX);
+        self.fit(scan.points.len())?;
+        let load = self.load.take();
+        let moment = GlassMoment { points, map_from_lidar, load: load.as_deref() };
+        let mut input = self.executor.begin()?;
+        input.write("points", bytemuck::cast_slice(&scan.points))?;
+        self.glass.write(&self.config, &moment, &mut input)?;
+        input.submit()?;
+        let missing = || Error::Gpu { what: "labels".into(), reason: "nothing was under way".into() };
+        let readback = self.executor.receive()?.ok_or_else(missing)?;
+        LabelledScan::read(&readback, &self.executor, scan.points.len())
+    }
+}
+
+/// Points to build for when a scan has `points`.
+fn roomy(points: usize) -> Result<u32> {
+    let most = u32::try_from(points).unwrap_or(u32::MAX);
+    if most > MOST_POINTS {
+        let reason = format!("{points} points; glass is searched for among at most {MOST_POINTS}");
+        return Err(Error::Input { what: "scan".into(), reason });
+    }
+    Ok((most + most / 8).next_multiple_of(CAPACITY_STEP).min(MOST_POINTS))
+}
+
+/// The plan of a scan.
+///
+/// # Errors
+/// [`Error::Plan`], [`Error::Shader`], [`Error::Input`].
+fn plan(glass: &Glass, config: &Config, capacity: u32) -> Result<Plan> {
+    let mut plan = Plan::default();
+    plan.upload("points", u64::from(capacity) * POINT_BYTES)?;
+    glass.append(&mut plan, config, capacity)?;
+    for name in ["classes", "panes", "glass_counters"] {
+        plan.read_back(name)?;
+    }
+    plan.check()?;
+    Ok(plan)
+}

@@ -1,0 +1,341 @@
+//! Panes of glass in a scan, what lies on them and what they mirror (spec 3): the passes, in order, and their parameters.
+
+use glam::Vec4;
+
+use crate::config::Config;
+use crate::error::{Error, Result};
+use crate::geometry::Rigid;
+use crate::glass::{BeamGrid, Pane};
+use crate::gpu::{FrameInput, Invocations, Plan, ShaderSource};
+use crate::lidar::{ScanJob, ScanMoment, ScanStage};
+use crate::stage::{rows, single};
+
+const NUMBERS: &str = include_str!("../../shaders/lib/numbers.wgsl");
+const GRID: &str = include_str!("../../shaders/lib/glass/grid.wgsl");
+const COUNTERS: &str = include_str!("../../shaders/lib/glass/counters.wgsl");
+const RETURNS: &str = include_str!("../../shaders/lib/glass/returns.wgsl");
+const FOUND: &str = include_str!("../../shaders/lib/glass/found.wgsl");
+const HYPOTHESIS: &str = include_str!("../../shaders/lib/glass/hypothesis.wgsl");
+const PANE: &str = include_str!("../../shaders/lib/glass/pane.wgsl");
+const CLASS: &str = include_str!("../../shaders/lib/glass/class.wgsl");
+const MET: &str = include_str!("../../shaders/lib/glass/met.wgsl");
+
+/// Empties what the others count in.
+pub const CLEAR: ShaderSource =
+    ShaderSource { name: "glass/clear", parts: &[GRID, include_str!("../../shaders/glass/clear.wgsl")] };
+/// Points into cells.
+pub const ORGANIZE: ShaderSource = ShaderSource {
+    name: "glass/organize",
+    parts: &[NUMBERS, GRID, COUNTERS, include_str!("../../shaders/glass/organize.wgsl")],
+};
+/// Intensity peaks.
+pub const PEAK: ShaderSource =
+    ShaderSource { name: "glass/peak", parts: &[GRID, include_str!("../../shaders/glass/peak.wgsl")] };
+/// Beams that may end on glass.
+pub const CANDIDATE: ShaderSource = ShaderSource {
+    name: "glass/candidate",
+    parts: &[GRID, COUNTERS, RETURNS, include_str!("../../shaders/glass/candidate.wgsl")],
+};
+/// Their list.
+pub const GATHER: ShaderSource = ShaderSource {
+    name: "glass/gather",
+    parts: &[GRID, COUNTERS, FOUND, include_str!("../../shaders/glass/gather.wgsl")],
+};
+/// Hypotheses.
+pub const SCORE: ShaderSource = ShaderSource {
+    name: "glass/score",
+    parts: &[GRID, PANE, FOUND, HYPOTHESIS, include_str!("../../shaders/glass/score.wgsl")],
+};
+/// Least squares.
+pub const FIT: ShaderSource = ShaderSource {
+    name: "glass/fit",
+    parts: &[GRID, PANE, FOUND, HYPOTHESIS, include_str!("../../shaders/glass/fit.wgsl")],
+};
+/// What beams show of a plane.
+pub const SURVEY: ShaderSource = ShaderSource {
+    name: "glass/survey_plane",
+    parts: &[GRID, RETURNS, FOUND, include_str!("../../shaders/glass/survey_plane.wgsl")],
+};
+/// Panes and their boundaries.
+pub const ACCEPT: ShaderSource = ShaderSource {
+    name: "glass/accept",
+    parts: &[GRID, COUNTERS, PANE, FOUND, include_str!("../../shaders/glass/accept.wgsl")],
+};
+/// Panes over time.
+pub const REMEMBER: ShaderSource = ShaderSource {
+    name: "glass/remember",
+    parts: &[GRID, PANE, FOUND, CLASS, include_str!("../../shaders/glass/remember.wgsl")],
+};
+/// Mirrored surfaces.
+pub const MIRROR: ShaderSource = ShaderSource {
+    name: "glass/mirror",
+    parts: &[GRID, PANE, MET, CLASS, include_str!("../../shaders/glass/mirror.wgsl")],
+};
+/// Mirrored surfaces around a beam.
+pub const AROUND: ShaderSource = ShaderSource {
+    name: "glass/around_of",
+    parts: &[GRID, include_str!("../../shaders/glass/around_of.wgsl")],
+};
+/// Labels by steps 1 and 2.
+pub const LABEL: ShaderSource = ShaderSource {
+    name: "glass/label",
+    parts: &[GRID, RETURNS, PANE, MET, CLASS, include_str!("../../shaders/glass/label.wgsl")],
+};
+/// Labels by step 3.
+pub const SETTLE: ShaderSource = ShaderSource {
+    name: "glass/settle",
+    parts: &[GRID, COUNTERS, PANE, CLASS, include_str!("../../shaders/glass/settle.wgsl")],
+};
+
+/// The cloud as the map takes it.
+pub const CLEAN: ShaderSource = ShaderSource {
+    name: "glass/clean",
+    parts: &[GRID, PANE, CLASS, include_str!("../../shaders/glass/clean.wgsl")],
+};
+
+/// All passes of [`Glass`].
+pub const LABELLING: [ShaderSource; 14] = [
+    CLEAR, ORGANIZE, PEAK, CANDIDATE, GATHER, SCORE, FIT, SURVEY, ACCEPT, REMEMBER, MIRROR, AROUND, LABEL,
+    SETTLE,
+];
+
+/// Panes that are searched for in one scan (`SCAN_PANES`).
+pub const SCAN_PANES: u32 = 4;
+/// Panes that are kept (`KEPT_PANES`).
+pub const KEPT_PANES: usize = 16;
+/// Candidates that are looked at (`MOST_CANDIDATES`).
+pub const MOST_CANDIDATES: u32 = 4096;
+/// Hypotheses for one plane, at most (`MOST_HYPOTHESES`).
+pub const MOST_HYPOTHESES: u32 = 512;
+/// Points of a scan that the cells can number (`INDEX_BITS`).
+pub const MOST_POINTS: u32 = 1 << 18;
+/// Invocations that count one hypothesis (`PARTS` of `glass/score`).
+const SCORE_PARTS: u32 = 16;
+/// Hypotheses that one invocation counts (`TOGETHER`).
+const SCORED_TOGETHER: u32 = 4;
+/// Squares of the survey, times its counts.
+const SURVEY_WORDS: u64 = 5 * 8192;
+/// Counters of a scan.
+pub const COUNTERS_WORDS: usize = 16;
+/// Counts per pane (`PANE_COUNTS`).
+const PANE_COUNTS: u64 = 8;
+/// Bytes before the panes in `kept` and in `panes`.
+pub const HEADER_BYTES: u64 = 16;
+
+crate::params! {
+    /// Parameters of all passes of glass.
+    pub struct GlassParams {
+        /// Rotation and translation of the lidar in the map, row x.
+        pub map_from_lidar_x: Vec4,
+        /// Row y.
+        pub map_from_lidar_y: Vec4,
+        /// Row z.
+        pub map_from_lidar_z: Vec4,
+        /// Points of the scan.
+        pub points: u32,
+        /// Rows of the organized cloud.
+        pub rows: u32,
+        /// Columns of the organized cloud.
+        pub columns: u32,
+        /// Ring numbers that have a row; 0: rows are by elevation alone.
+        pub rings: u32,
+        /// Row nearest the horizontal.
+        pub level_row: u32,
+        /// Rows on each side that count as around a beam.
+        pub half_rows: u32,
+        /// Columns on each side that count as around a beam.
+        pub half_columns: u32,
+        /// Hypotheses for one plane.
+        pub hypotheses: u32,
+        /// Of the draws.
+        pub seed: u32,
+        /// Whether panes are kept from scan to scan: 0 or 1.
+        pub remembers: u32,
+        /// Panes in `loaded_panes` that replace what is kept, in this scan.
+        pub loaded: u32,
+        /// Candidates that make a plane.
+        pub min_inliers: u32,
+        /// Beams that must go behind it.
+        pub min_behind: u32,
+        /// Returns of a beam differ when they are farther apart than this.
+        pub return_gap_m: f32,
+        /// Distance of a candidate from the plane that it fits.
+        pub fit_tolerance_m: f32,
+        /// Distance from a pane's plane at which a return lies on it.
+        pub plane_tolerance_m: f32,
+        /// Difference of ranges at which two surfaces are one.
+        pub match_m: f32,
+        /// Its growth with range.
+        pub match_per_m: f32,
+        /// How much brighter than the lower quartile of its candidates a pane may look.
+        pub bright_ratio: f32,
+        /// Cosine of the angle from head on within which glass shines.
+        pub lobe_cos: f32,
+        /// Cosine of the angle from head on within which glass shows.
+        pub visible_cos: f32,
+        /// Unused.
+        pub pad0: u32,
+        /// Unused.
+        pub pad1: u32,
+        /// Unused.
+        pub pad2: u32,
+    }
+}
+
+/// What the passes need of one scan.
+#[derive(Debug, Clone, Copy)]
+pub struct GlassMoment<'a> {
+    /// Points of the scan.
+    pub points: u32,
+    /// Pose of the lidar in the frame in which panes are kept.
+    pub map_from_lidar: Rigid,
+    /// Panes to begin with, in place of those kept.
+    pub load: Option<&'a [Pane]>,
+}
+
+/// The stage: the organized cloud it is built for.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Glass {
+    /// Rows and columns of the sensor's beams.
+    pub grid: BeamGrid,
+    /// Panes to begin with, in the map.
+    pub load: Vec<Pane>,
+}
+
+impl ScanStage for Glass {
+    fn append(&self, plan: &mut Plan, job: &ScanJob) -> Result<()> {
+        Self::append(self, plan, &job.config, job.capacity)?;
+        plan.scratch("clean_points", u64::from(job.capacity) * 32)?;
+        plan.step(CLEAN, Invocations::line(job.capacity), &[])
+    }
+
+    fn write(&self, moment: &ScanMoment<'_>, input: &mut FrameInput<'_>) -> Result<()> {
+        let glass = GlassMoment {
+            points: u32::try_from(moment.frame.scan.points.len()).unwrap_or(moment.job.capacity),
+            map_from_lidar: moment.pose.map_from_lidar(),
+            load: moment.first.then_some(self.load.as_slice()),
+        };
+        Self::write(self, &moment.job.config, &glass, input)
+    }
+}
+
+impl Glass {
+    /// Declares its buffers and appends its passes; `points` holds at most `capacity` points.
+    ///
+    /// # Errors
+    /// [`Error::Input`] for more points than cells can number; [`Error::Plan`], [`Error::Shader`].
+    pub fn append(&self, plan: &mut Plan, config: &Config, capacity: u32) -> Result<()> {
+        if capacity > MOST_POINTS {
+            let reason = format!("{capacity} points; glass is searched for among at most {MOST_POINTS}");
+            return Err(Error::Input { what: "scan".into(), reason });
+        }
+        self.declare(plan, capacity)?;
+        let size = self.grid.cells();
+        plan.step(CLEAR, Invocations::line(size.max(64)), &[])?;
+        plan.step(ORGANIZE, Invocations::line(capacity), &[])?;
+        plan.step(PEAK, Invocations::line(self.grid.columns), &[])?;
+        plan.step(CANDIDATE, Invocations::line(size.div_ceil(32)), &[])?;
+        plan.step(GATHER, Invocations::line(1), &[("candidates", "candidates_even")])?;
+        for turn in 0..SCAN_PANES {
+            let lists = ["candidates_even", "candidates_odd"];
+            let (list, left) = if turn % 2 == 0 { (lists[0], lists[1]) } else { (lists[1], lists[0]) };
+            let from = [("candidates", list)];
+            plan.step(
+                SCORE,
+                Invocations::area(config.glass_hypotheses.div_ceil(SCORED_TOGETHER), SCORE_PARTS),
+                &from,
+            )?;
+            plan.step(FIT, Invocations::line(1), &from)?;
+            plan.step(SURVEY, Invocations::line(size), &[])?;
+            plan.step(ACCEPT, Invocations::line(1), &[("candidates", list), ("left", left)])?;
+        }
+        plan.step(REMEMBER, Invocations::line(1), &[])?;
+        plan.step(MIRROR, Invocations::line(size), &[])?;
+        plan.step(AROUND, Invocations::line(size), &[])?;
+        plan.step(LABEL, Invocations::line(capacity), &[])?;
+        plan.step(SETTLE, Invocations::line(capacity), &[])
+    }
+
+    fn declare(&self, plan: &mut Plan, capacity: u32) -> Result<()> {
+        let size = u64::from(self.grid.cells());
+        let pane = size_of::<Pane>() as u64;
+        plan.uniform::<GlassParams>("glass_params")?;
+        plan.fixed("ring_rows", bytemuck::cast_slice(&self.grid.ring_rows).to_vec())?;
+        plan.fixed("elevation_rows", bytemuck::cast_slice(&self.grid.elevation_rows).to_vec())?;
+        plan.upload("loaded_panes", pane * KEPT_PANES as u64)?;
+        plan.state("kept", HEADER_BYTES + pane * KEPT_PANES as u64)?;
+        plan.state("pane_counts", 4 * PANE_COUNTS * KEPT_PANES as u64)?;
+        for (name, bytes) in [
+            ("cells", 8 * size),
+            ("mirrored", 4 * size),
+            ("peaks", 4 * size),
+            ("around", 8 * size),
+            ("candidate_bits", 4 * size.div_ceil(32)),
+            ("places", 4 * u64::from(capacity)),
+            ("labels", 4 * u64::from(capacity)),
+            ("candidates_even", 16 * u64::from(MOST_CANDIDATES)),
+            ("candidates_odd", 16 * u64::from(MOST_CANDIDATES)),
+            ("scores", 4 * u64::from(MOST_HYPOTHESES)),
+            ("found", 48),
+            ("survey", 4 * SURVEY_WORDS),
+            ("scan_panes", pane * u64::from(SCAN_PANES)),
+        ] {
+            plan.scratch(name, bytes)?;
+        }
+        plan.product("panes", HEADER_BYTES + pane * KEPT_PANES as u64)?;
+        plan.product("classes", 4 * u64::from(capacity))?;
+        plan.product("glass_counters", 4 * COUNTERS_WORDS as u64)?;
+        Ok(())
+    }
+
+    /// The parameters of one scan.
+    pub fn params(&self, config: &Config, moment: &GlassMoment<'_>) -> GlassParams {
+        let [map_from_lidar_x, map_from_lidar_y, map_from_lidar_z] = rows(moment.map_from_lidar);
+        let count = |length: usize| u32::try_from(length).unwrap_or(u32::MAX);
+        let [half_rows, half_columns] = self.grid.cells_within(config.glass_slack_deg);
+        GlassParams {
+            map_from_lidar_x,
+            map_from_lidar_y,
+            map_from_lidar_z,
+            points: moment.points,
+            rows: self.grid.rows,
+            columns: self.grid.columns,
+            rings: if self.grid.by_ring { count(self.grid.ring_rows.len()) } else { 0 },
+            level_row: self.grid.level_row,
+            half_rows,
+            half_columns,
+            hypotheses: config.glass_hypotheses,
+            seed: config.glass_seed,
+            remembers: u32::from(config.glass_memory),
+            loaded: moment.load.map_or(0, |panes| count(panes.len().min(KEPT_PANES))),
+            min_inliers: config.glass_min_inliers,
+            min_behind: config.glass_min_behind,
+            return_gap_m: single(config.glass_return_gap_m),
+            fit_tolerance_m: single(config.glass_fit_tolerance_m),
+            plane_tolerance_m: single(config.glass_plane_tolerance_m),
+            match_m: single(config.glass_match_m),
+            match_per_m: single(config.glass_match_per_m),
+            bright_ratio: single(config.glass_bright_ratio),
+            lobe_cos: single(config.glass_lobe_deg.to_radians().cos()),
+            visible_cos: single(config.glass_visible_deg.to_radians().cos()),
+            pad0: 0,
+            pad1: 0,
+            pad2: 0,
+        }
+    }
+
+    /// Writes its parameters and data for one scan.
+    ///
+    /// # Errors
+    /// [`Error::Input`] where data do not fit their buffer.
+    pub fn write(&self, config: &Config, moment: &GlassMoment<'_>, input: &mut FrameInput<'_>) -> Result<()> {
+        input.set("glass_params", &self.params(config, moment))?;
+        match moment.load {
+            Some(panes) => {
+                let panes = &panes[..panes.len().min(KEPT_PANES)];
+                input.write("loaded_panes", bytemuck::cast_slice(panes))
+            }
+            None => Ok(()),
+        }
+    }
+}

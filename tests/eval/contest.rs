@@ -1,0 +1,78 @@
+//! The methods side by side on an analytic scene.
+
+use limpid::Config;
+use limpid::config::{Fusion, Method};
+use limpid::eval::{Contest, contestants};
+use limpid::geometry::Rigid;
+use limpid::pipeline::Pipeline;
+use limpid::recording::{ColorImage, RgbdFrame};
+
+use crate::support::gpu::skipped;
+use crate::support::random::Random;
+use crate::support::run::{all, step};
+use crate::support::scene::{Block, Scene, pose, small_camera};
+
+fn config(fusion: Fusion) -> Config {
+    // Forgets fast, so that three frames settle what is occupied.
+    Config {
+        weights: "testdata/reference/network.safetensors".into(),
+        fusion,
+        lambda: 0.2,
+        ..Config::default()
+    }
+}
+
+/// A wall in noise for colour.
+fn frame(index: u64) -> RgbdFrame {
+    let scene = Scene::of(&[Block::new([1.53, -1.0, 0.0], [1.7, 1.0, 1.5])]);
+    let camera = small_camera();
+    let mut frame = scene.frame(index, camera, pose(0.01, 0.02, 0.0, 0.6, 0.2));
+    let mut random = Random(index);
+    let rgb = (0..3 * 160 * 120).map(|_| random.below(256) as u8).collect();
+    frame.color = Some(ColorImage { stamp_ns: frame.depth.stamp_ns, camera, rgb });
+    frame.color_from_depth = Some(Rigid::IDENTITY);
+    frame
+}
+
+#[test]
+fn methods_are_those_of_the_spec() {
+    let keys = |config: &Config| contestants(config).iter().map(|c| c.key).collect::<Vec<_>>();
+    let plain = ["naive", "range", "median", "temporal", "naive_3_hits"];
+    assert_eq!(keys(&Config::default()), plain, "without weights there is no drm");
+    assert_eq!(keys(&config(Fusion::Gate))[5..], ["drm", "drm_weight"]);
+    assert_eq!(keys(&config(Fusion::Weight))[5..], ["drm", "drm_gate"]);
+    let all = contestants(&Config { min_hits: 5, lambda: 0.8, ..config(Fusion::Gate) });
+    assert!(all.iter().all(|c| c.config.lambda == 0.8 && c.config.min_hits == 5), "map settings are shared");
+    assert_eq!(contestants(&Config::default())[4].config.min_hits, 3);
+}
+
+#[test]
+fn both_fusions_get_what_they_would_alone() {
+    if skipped() {
+        return;
+    }
+    let both = &contestants(&config(Fusion::Weight))[5..];
+    let mut contest = Contest::open(both, &frame(0), None).unwrap();
+    let alone = |fusion| {
+        let config = Config { method: Method::Drm, ..config(fusion) };
+        Pipeline::open(&config, &frame(0), &all().with_color_of(std::iter::once(&frame(0)))).unwrap()
+    };
+    let [mut weight, mut gate] = [Fusion::Weight, Fusion::Gate].map(alone);
+    let mut differ = false;
+    for index in 0..3 {
+        let entries = contest.step(&frame(index)).unwrap();
+        let [drm, drm_gate] = [0, 1].map(|i| &entries[i]);
+        assert_eq!((drm.key, drm_gate.key), ("drm", "drm_gate"));
+        let (weight, gate) = (step(&mut weight, &frame(index)), step(&mut gate, &frame(index)));
+        assert_eq!(drm.output.costmap, weight.costmap);
+        assert_eq!(drm_gate.output.costmap, gate.costmap);
+        let reliability = &weight.images.as_ref().unwrap().reliability;
+        assert_eq!(&drm_gate.images().unwrap().reliability, reliability);
+        // Gated evidence is 0, 1 or none; weighted evidence is the mean reliability.
+        let evidence = |out: &limpid::frame::FrameOutput| out.layers.as_ref().unwrap().evidence.clone();
+        assert!(evidence(&gate).iter().all(|&e| [-1.0, 0.0, 1.0].contains(&e)));
+        assert!(evidence(&weight).iter().any(|&e| e > 0.0 && e < 0.999));
+        differ |= weight.costmap != gate.costmap;
+    }
+    assert!(differ, "weights near 0.5 never reach 0.7, gated ones do");
+}

@@ -1,0 +1,100 @@
+//! Panes over time.
+
+use glam::{DQuat, DVec3};
+use limpid::Config;
+use limpid::geometry::Rigid;
+use limpid::glass::{Labeller, PointClass};
+use limpid::recording::points::{ReturnType, Scan};
+
+use super::wrong;
+use crate::support::glass_room::{GlassRoom, Truth};
+use crate::support::gpu::skipped;
+
+fn pose(room: &GlassRoom) -> Rigid {
+    Rigid { rotation: DQuat::from_rotation_z(room.yaw), translation_m: room.sensor_m }
+}
+
+/// The scan without its first returns on glass, as a sensor that does not see the pane gives it.
+pub(super) fn blind((mut scan, truth): (Scan, Vec<Truth>)) -> Scan {
+    scan.points.iter_mut().for_each(|point| point.return_type = ReturnType::First);
+    let mut truth = truth.iter();
+    scan.points.retain(|_| truth.next().is_some_and(|t| t.class != PointClass::Glass));
+    scan
+}
+
+#[test]
+fn truth_a_pane_found_once_labels_scans_that_do_not_show_it() {
+    if skipped() {
+        return;
+    }
+    let here = GlassRoom::default();
+    let (scan, _) = here.scan();
+    let mut labeller = Labeller::open(&Config::default(), &scan, None, false).unwrap();
+    let first = labeller.label(&scan, pose(&here)).unwrap();
+    assert_eq!((first.panes.len(), first.panes[0].id), (1, 1));
+    let there = GlassRoom { yaw: -0.5, sensor_m: DVec3::new(0.9, -0.6, 0.1), ..here };
+    let second = blind(there.scan());
+    let labelled = labeller.label(&second, pose(&there)).unwrap();
+    assert_eq!(labelled.counters.found_panes, 0, "the scan itself does not show it");
+    assert_eq!((labelled.panes.len(), labelled.panes[0].id), (1, 1));
+    let (normal, distance_m) = there.plane();
+    assert!((f64::from(labelled.panes[0].normal.w) - distance_m).abs() < 0.01);
+    assert!(labelled.panes[0].unit_normal().as_dvec3().dot(normal) > 0.99999);
+    let outside = labelled.classes.iter().filter(|(class, _)| *class == PointClass::Outside).count();
+    let reflections = labelled.classes.iter().filter(|(class, _)| *class == PointClass::Reflection).count();
+    assert!(outside > 100 && reflections > 100, "{outside} {reflections}");
+    // The control: without memory the same scan has no pane and all is inside.
+    let config = Config { glass_memory: false, ..Config::default() };
+    let mut forgetful = Labeller::open(&config, &scan, None, false).unwrap();
+    forgetful.label(&scan, pose(&here)).unwrap();
+    assert!(forgetful.label(&second, pose(&there)).unwrap().panes.is_empty());
+}
+
+#[test]
+fn truth_a_pane_seen_again_is_the_same_and_is_refined() {
+    if skipped() {
+        return;
+    }
+    let room = GlassRoom::default();
+    let (scan, truth) = room.scan();
+    let mut labeller = Labeller::open(&Config::default(), &scan, None, false).unwrap();
+    for turn in 1..=4_u32 {
+        let labelled = labeller.label(&scan, pose(&room)).unwrap();
+        assert_eq!(labelled.panes.len(), 1);
+        assert_eq!((labelled.panes[0].id, labelled.panes[0].hits), (1, turn));
+        assert_eq!(wrong(&labelled, &truth, PointClass::Reflection)[1], 0);
+    }
+}
+
+#[test]
+fn truth_a_pane_that_beams_pass_through_goes_away() {
+    if skipped() {
+        return;
+    }
+    let room = GlassRoom { yaw: 0.0, ..GlassRoom::default() };
+    let (scan, _) = room.scan();
+    let mut labeller = Labeller::open(&Config::default(), &scan, None, false).unwrap();
+    assert_eq!(labeller.label(&scan, pose(&room)).unwrap().panes.len(), 1);
+    let open = blind(room.scan());
+    let left: Vec<usize> = (0..5).map(|_| labeller.label(&open, pose(&room)).unwrap().panes.len()).collect();
+    assert_eq!(left, [1, 1, 1, 0, 0], "three scans in a row prove it absent, each counted in the next");
+}
+
+#[test]
+fn a_pose_that_jumps_gives_a_second_pane_and_no_error() {
+    if skipped() {
+        return;
+    }
+    let room = GlassRoom::default();
+    let (scan, truth) = room.scan();
+    let mut labeller = Labeller::open(&Config::default(), &scan, None, false).unwrap();
+    labeller.label(&scan, pose(&room)).unwrap();
+    let jumped = Rigid { translation_m: DVec3::new(400.0, -90.0, 3.0), ..pose(&room) };
+    let labelled = labeller.label(&scan, jumped).unwrap();
+    let near = labelled.panes.iter().filter(|pane| pane.normal.w < 10.0).count();
+    assert_eq!((labelled.panes.len(), near), (2, 1));
+    assert_eq!(wrong(&labelled, &truth, PointClass::Glass)[1], 0);
+    let nowhere = Rigid { translation_m: DVec3::splat(f64::NAN), ..Rigid::IDENTITY };
+    let error = labeller.label(&scan, nowhere).unwrap_err().to_string();
+    assert!(error.contains("pose"), "{error}");
+}

@@ -1,0 +1,293 @@
+"""Trains DRM-Net (spec 1 §1, §2) on samples that `limpid targets` wrote, and exports it as limpid loads it.
+
+    pip install numpy torch safetensors scikit-learn
+    python weights/train.py SAMPLES... -o weights/drm-net.safetensors [--validate SAMPLES...] [--reference true|measured]
+
+The loss is the mean of |R - target| over pixels with a reference. Batch norm follows every convolution but the head's, and is
+folded into scale and bias at export. The same seed, samples and thread count give the same file on the same machine.
+What is exported is a running average of the weights, and the learning rate falls with the root of the step, so that training may
+end at any step: an interrupt (Ctrl-C) ends it, and `--steps` with the number printed then gives the same file again.
+"""
+
+import argparse
+import copy
+import json
+import pathlib
+import signal
+import time
+
+import numpy as np
+import torch
+from safetensors import safe_open
+from safetensors.numpy import save_file
+from torch import nn
+from torch.nn import functional as F
+
+DEPTH_SCALE_M = 10.0
+ROWS, COLUMNS = 240, 320
+
+
+def down(name, inputs, outputs):
+    return {"name": name, "op": "separable", "in": inputs, "out": outputs, "stride": 2}
+
+
+def up(name, inputs, outputs, skip):
+    return {"name": name, "op": "separable", "in": inputs, "out": outputs, "stride": 1, "upsample": 2, "skip": skip}
+
+
+ARCHITECTURE = [
+    {"name": "stem", "op": "conv3x3", "in": 5, "out": 16, "stride": 1},
+    down("enc1", 16, 32),
+    down("enc2", 32, 64),
+    down("enc3", 64, 96),
+    down("enc4", 96, 128),
+    up("dec3", 128 + 96, 96, "enc3"),
+    up("dec2", 96 + 64, 64, "enc2"),
+    up("dec1", 64 + 32, 32, "enc1"),
+    up("dec0", 32 + 16, 16, "stem"),
+    {"name": "head", "op": "conv1x1", "in": 16, "out": 1, "stride": 1, "activation": "sigmoid"},
+]
+
+
+class DrmNet(nn.Module):
+    """The network as the layer list says; `convs` holds (convolution, batch norm) by the prefix of their tensors."""
+
+    def __init__(self, architecture):
+        super().__init__()
+        self.architecture = architecture
+        self.convs = nn.ModuleDict()
+        for block in architecture:
+            name, inputs, outputs, stride = (block[key] for key in ("name", "in", "out", "stride"))
+            if block["op"] == "separable":
+                self.add(f"{name}.dw", inputs, inputs, 3, stride, inputs)
+                self.add(f"{name}.pw", inputs, outputs, 1, 1, 1)
+            elif block["op"] == "conv3x3":
+                self.add(name, inputs, outputs, 3, stride, 1)
+            else:
+                self.convs[name] = nn.Conv2d(inputs, outputs, 1)
+
+    def add(self, prefix, inputs, outputs, kernel, stride, groups):
+        conv = nn.Conv2d(inputs, outputs, kernel, stride, kernel // 2, groups=groups, bias=False)
+        nn.init.kaiming_normal_(conv.weight, mode="fan_in", nonlinearity="relu")
+        self.convs[prefix.replace(".", "_")] = nn.Sequential(conv, nn.BatchNorm2d(outputs), nn.ReLU(inplace=True))
+
+    def forward(self, now):
+        """1 x 5 x rows x columns to logits of 1 x 1 x rows x columns."""
+        kept = {}
+        for block in self.architecture:
+            name = block["name"]
+            if block.get("upsample", 1) == 2:
+                now = F.interpolate(now, scale_factor=2, mode="bilinear", align_corners=False)
+            if "skip" in block:
+                now = torch.cat([now, kept[block["skip"]]], 1)
+            if block["op"] == "separable":
+                now = self.convs[f"{name}_pw"](self.convs[f"{name}_dw"](now))
+            else:
+                now = self.convs[name](now)
+            kept[name] = now
+        return now
+
+    def folded(self):
+        """Weights and biases by name, batch norm folded in."""
+        tensors = {}
+        for key, module in self.convs.items():
+            prefix = key.replace("_", ".")
+            if isinstance(module, nn.Conv2d):
+                weight, bias = module.weight, module.bias
+            else:
+                conv, norm = module[0], module[1]
+                scale = norm.weight.double() / torch.sqrt(norm.running_var.double() + norm.eps)
+                weight = conv.weight.double() * scale[:, None, None, None]
+                bias = norm.bias.double() - norm.running_mean.double() * scale
+            tensors[f"{prefix}.weight"] = weight.detach().float().numpy().copy()
+            tensors[f"{prefix}.bias"] = bias.detach().float().numpy().copy()
+        return tensors
+
+
+class Samples:
+    """Inputs, targets and masks of all frames in some files; arrays are of whole numbers of 1/65535 to fit in memory."""
+
+    def __init__(self, paths, reference, target):
+        prefix = "true_" if reference == "true" else ""
+        depth = "true_depth_m" if reference == "true" else "reference_m"
+        self.inputs, self.targets, self.known, self.names = [], [], [], []
+        for path in sorted(paths):
+            with safe_open(path, "np") as file:
+                if depth not in file.keys():
+                    raise SystemExit(f"{path}: has no tensor `{depth}`; the recording has no ground truth")
+                self.inputs.append(file.get_tensor("input").astype(np.float16))
+                wanted = file.get_tensor(prefix + target)
+                self.targets.append(np.round(wanted * (255 if target == "soft" else 1)).astype(np.uint8))
+                self.known.append(file.get_tensor(depth) > 0)
+                self.names += [pathlib.Path(path).stem] * len(wanted)
+        self.scale = 255.0 if target == "soft" else 1.0
+        self.inputs, self.targets, self.known = map(np.concatenate, (self.inputs, self.targets, self.known))
+
+    def __len__(self):
+        return len(self.inputs)
+
+    def batch(self, which):
+        at = np.asarray(which)
+        inputs = torch.from_numpy(self.inputs[at].astype(np.float32))
+        targets = torch.from_numpy(self.targets[at].astype(np.float32) / self.scale)[:, None]
+        return inputs, targets, torch.from_numpy(self.known[at])[:, None]
+
+
+def augment(inputs, targets, known, crop, random):
+    """Crops, flips, exposure, gain and noise of colour; noise of depth far below delta."""
+    rows, columns = crop
+    cut = []
+    for image in range(len(inputs)):
+        y = int(random.integers(0, ROWS - rows + 1))
+        x = int(random.integers(0, COLUMNS - columns + 1))
+        part = (slice(image, image + 1), slice(None), slice(y, y + rows), slice(x, x + columns))
+        parts = [tensor[part] for tensor in (inputs, targets, known)]
+        if random.random() < 0.5:
+            parts = [part.flip(3) for part in parts]
+        cut.append(parts)
+    inputs, targets, known = (torch.cat([parts[k] for parts in cut]) for k in range(3))
+    count = len(inputs)
+    draw = lambda low, high, shape: torch.from_numpy(random.uniform(low, high, shape).astype(np.float32))
+    exposure = torch.exp2(draw(-1.0, 0.7, (count, 1, 1, 1)))
+    balance = draw(0.85, 1.15, (count, 3, 1, 1))
+    gamma = draw(0.75, 1.35, (count, 1, 1, 1))
+    noise = draw(0.0, 0.03, (count, 1, 1, 1)) * torch.from_numpy(
+        random.standard_normal((count, 3, rows, columns), np.float32))
+    color = (inputs[:, :3].clamp(min=1e-4) ** gamma * exposure * balance + noise).clamp(0, 1)
+    depth, change = inputs[:, 3:4], inputs[:, 4:5]
+    jitter = 1 + 0.002 * torch.from_numpy(random.standard_normal((count, 1, rows, columns), np.float32))
+    inputs = torch.cat([color, depth * jitter, change], 1)
+    return inputs, targets, known
+
+
+def loss_of(logits, targets, known, inputs, hole_weight):
+    """Mean of |R - target| over pixels with a reference; those without depth count by `hole_weight`."""
+    weight = known.float() * torch.where(inputs[:, 3:4] > 0, 1.0, hole_weight)
+    return ((torch.sigmoid(logits) - targets).abs() * weight).sum() / weight.sum().clamp(min=1)
+
+
+def scores(net, samples, every):
+    """By level: AUPRC for "bad" among pixels with depth and reference, and mean R of good and bad ones."""
+    from sklearn.metrics import average_precision_score
+
+    found = {}
+    with torch.no_grad():
+        for index in range(0, len(samples), every):
+            inputs, targets, known = samples.batch([index])
+            reliability = torch.sigmoid(net(inputs))
+            valid = (known & (inputs[:, 3:4] > 0)).flatten()
+            level = samples.names[index].split("-")[0]
+            pair = (reliability.flatten()[valid].numpy(), targets.flatten()[valid].numpy() > 0.5)
+            found.setdefault(level, []).append(pair)
+    lines = []
+    for level, pairs in sorted(found.items()):
+        reliability, good = (np.concatenate([pair[k] for pair in pairs]) for k in range(2))
+        auprc = average_precision_score(~good, -reliability) if (~good).any() else float("nan")
+        kept = (reliability[good] > 0.3).mean()
+        missed = (reliability[~good] > 0.3).mean() if (~good).any() else float("nan")
+        lines.append(f"{level} AUPRC {auprc:.3f} bad {(~good).mean():.3f} R good {reliability[good].mean():.3f} "
+                     f"kept {kept:.3f} bad kept {missed:.3f}")
+    return "; ".join(lines)
+
+
+def export(net, path, settings):
+    metadata = {
+        "format": "drm-net",
+        "depth_scale_m": str(DEPTH_SCALE_M),
+        "origin": f"trained by weights/train.py on {settings['frames']} frames of {len(settings['samples'])} recordings of `limpid sim`",
+        "architecture": json.dumps(ARCHITECTURE),
+        "training": json.dumps(settings, sort_keys=True),
+    }
+    save_file(dict(sorted(net.folded().items())), path, metadata)
+
+
+def parse():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("samples", nargs="+", help="safetensors files of `limpid targets`")
+    parser.add_argument("-o", "--output", required=True)
+    parser.add_argument("--validate", nargs="*", default=[], help="files that are scored, never trained on")
+    parser.add_argument("--reference", choices=["true", "measured"], default="true")
+    parser.add_argument("--target", choices=["binary", "soft"], default="binary")
+    parser.add_argument("--steps", type=int, default=2000)
+    parser.add_argument("--batch", type=int, default=8)
+    parser.add_argument("--crop", type=int, nargs=2, default=[128, 160], help="rows and columns, multiples of 16")
+    parser.add_argument("--rate", type=float, default=4e-3)
+    parser.add_argument("--hole-weight", type=float, default=0.1)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--threads", type=int, default=2)
+    parser.add_argument("--report", type=int, default=100, help="steps between lines of the log")
+    return parser.parse_args()
+
+
+class Average:
+    """The network whose weights and batch statistics are running averages of another's."""
+
+    def __init__(self, net):
+        self.net, self.updates = copy.deepcopy(net).eval(), 0
+
+    def update(self, net):
+        self.updates += 1
+        kept = min(0.99, self.updates / (self.updates + 9))
+        with torch.no_grad():
+            for mean, now in zip(self.net.state_dict().values(), net.state_dict().values()):
+                if mean.is_floating_point():
+                    mean.lerp_(now, 1 - kept)
+
+
+def rate_at(step, rate):
+    """Rises over 50 steps, falls with the root of the step after 400."""
+    return rate * min((step + 1) / 50, 1.0) / max(1.0, step / 400) ** 0.5
+
+
+def settings_of(arguments, samples, steps):
+    names = ("reference", "target", "batch", "crop", "rate", "hole_weight", "seed", "threads")
+    settings = {name: getattr(arguments, name) for name in names}
+    recordings = sorted(pathlib.Path(path).stem for path in arguments.samples)
+    return settings | {"steps": steps, "frames": len(samples), "samples": recordings, "torch": torch.__version__}
+
+
+def main():
+    arguments = parse()
+    torch.manual_seed(arguments.seed)
+    torch.set_num_threads(arguments.threads)
+    torch.use_deterministic_algorithms(True)
+    random = np.random.default_rng(arguments.seed)
+    samples = Samples(arguments.samples, arguments.reference, arguments.target)
+    validation = Samples(arguments.validate, "true", "binary") if arguments.validate else []
+    print(f"{len(samples)} frames for training, {len(validation)} for validation", flush=True)
+    net = DrmNet(ARCHITECTURE).to(memory_format=torch.channels_last)
+    nn.init.constant_(net.convs["head"].bias, 1.0)
+    average = Average(net)
+    optimizer = torch.optim.AdamW(net.parameters(), arguments.rate, weight_decay=1e-4)
+    start, total, order, interrupted = time.time(), 0.0, [], []
+    signal.signal(signal.SIGINT, lambda *_: interrupted.append(True))
+    step = 0
+    while step < arguments.steps and not interrupted:
+        for group in optimizer.param_groups:
+            group["lr"] = rate_at(step, arguments.rate)
+        while len(order) < arguments.batch:
+            order += list(random.permutation(len(samples)))
+        which, order = order[: arguments.batch], order[arguments.batch :]
+        inputs, targets, known = augment(*samples.batch(which), arguments.crop, random)
+        logits = net(inputs.contiguous(memory_format=torch.channels_last))
+        loss = loss_of(logits, targets, known, inputs, arguments.hole_weight)
+        optimizer.zero_grad(set_to_none=True)
+        loss.backward()
+        nn.utils.clip_grad_norm_(net.parameters(), 1.0)
+        optimizer.step()
+        average.update(net)
+        step += 1
+        total += loss.item()
+        if step % arguments.report == 0:
+            seen = f"; {scores(average.net, validation, 7)}" if len(validation) else ""
+            print(f"step {step} {time.time() - start:.0f} s loss {total / arguments.report:.4f}{seen}", flush=True)
+            total = 0.0
+            export(average.net, arguments.output, settings_of(arguments, samples, step))
+    export(average.net, arguments.output, settings_of(arguments, samples, step))
+    print(f"exported after {step} steps and {time.time() - start:.0f} s", flush=True)
+    if len(validation):
+        print(scores(average.net, validation, 1), flush=True)
+
+
+if __name__ == "__main__":
+    main()
