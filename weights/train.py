@@ -19,7 +19,7 @@ import time
 import numpy as np
 import torch
 from safetensors import safe_open
-from safetensors.numpy import save_file
+from safetensors.numpy import save
 from torch import nn
 from torch.nn import functional as F
 
@@ -198,7 +198,15 @@ def export(net, path, settings):
         "architecture": json.dumps(ARCHITECTURE),
         "training": json.dumps(settings, sort_keys=True),
     }
-    save_file(dict(sorted(net.folded().items())), path, metadata)
+    pathlib.Path(path).write_bytes(in_order(save(net.folded(), metadata)))
+
+
+def in_order(file):
+    """The same safetensors file with its header's keys sorted: the library writes metadata in random order."""
+    length = int.from_bytes(file[:8], "little")
+    header = json.dumps(json.loads(file[8 : 8 + length]), sort_keys=True).encode()
+    header += b" " * (-len(header) % 8)
+    return len(header).to_bytes(8, "little") + header + file[8 + length :]
 
 
 def parse():
