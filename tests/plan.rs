@@ -1,8 +1,15 @@
 //! The plan and its memory, without a GPU.
 
+use std::sync::Arc;
+
+use limpid::config::Method;
 use limpid::gpu::arena::{Kind, Layout};
 use limpid::gpu::{Access, BufferId, Invocations, Plan, ShaderSource};
+use limpid::network::Backend;
 use limpid::pipeline;
+use limpid::stage::Job;
+use limpid::stage::drm::Drm;
+use limpid::weights::Network;
 use proptest::prelude::*;
 
 use crate::support::camera_job::{job, small_map, tiny_camera};
@@ -302,17 +309,32 @@ fn the_default_job_is_packed_right() {
     assert_packed(&plan, &Layout::pack(&plan, 64), 64);
 }
 
-#[test]
-fn the_readme_shows_the_passes_of_the_default_job() {
-    let default = job(&limpid::Config::default(), tiny_camera());
-    let table = pipeline::plan(&default, &pipeline::stages(&default)).unwrap().table();
+/// The table of passes that the README shows between markers of that name.
+#[track_caller]
+fn assert_readme_shows(marker: &str, job: &Job) {
+    let table = pipeline::plan(job, &pipeline::stages(job)).unwrap().table();
     let readme =
         std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/README.md")).unwrap_or_default();
-    let shown = readme.split("<!-- passes -->").nth(1).unwrap_or_default();
-    let shown = shown.split("<!-- /passes -->").next().unwrap_or_default().trim();
+    let shown = readme.split(&format!("<!-- {marker} -->")).nth(1).unwrap_or_default();
+    let shown = shown.split(&format!("<!-- /{marker} -->")).next().unwrap_or_default().trim();
     assert_eq!(
         shown,
         table.trim(),
-        "README.md should hold between its <!-- passes --> markers:\n\n{table}\n"
+        "README.md should hold between its <!-- {marker} --> markers:\n\n{table}\n"
     );
+}
+
+#[test]
+fn the_readme_shows_the_passes_of_the_default_job() {
+    assert_readme_shows("passes", &job(&limpid::Config::default(), tiny_camera()));
+}
+
+#[test]
+fn the_readme_shows_the_passes_of_method_drm_on_a_gpu() {
+    let config = limpid::Config { method: Method::Drm, ..limpid::Config::default() };
+    let network = Arc::new(Network::from_bytes(include_bytes!("../weights/drm-net.safetensors")).unwrap());
+    let drm = Drm { network, backend: Backend { textures: false, subgroups: true } };
+    let camera = tiny_camera();
+    let job = Job { drm: Some(drm), color: Some(camera), color_aligned: true, ..job(&config, camera) };
+    assert_readme_shows("drm passes", &job);
 }
