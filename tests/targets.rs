@@ -3,16 +3,13 @@
 use std::collections::VecDeque;
 use std::path::Path;
 
+use limpid::Error;
 use limpid::geometry::Rigid;
 use limpid::recording::{ColorImage, DepthSamples, ReadReport, Recording, RgbdFrame};
-use limpid::sim::Simulator;
-use limpid::sim::truth::TrueMap;
-use limpid::sim::write::recorder;
 use limpid::targets::{Request, Sample, SampleFile, make};
-use limpid::{Config, Error};
 use safetensors::{Dtype, SafeTensors};
 
-use crate::sim::small_room;
+use crate::sim::record_small_room;
 use crate::support::gpu::skipped;
 use crate::support::random::Random;
 use crate::support::scene::{Block, Scene, pose, small_camera};
@@ -204,22 +201,6 @@ fn poisoned_depth_gives_finite_samples() {
     }
 }
 
-fn record(path: &Path, frames: u32) {
-    let mut scene = small_room();
-    scene.trajectory.waypoints_m = vec![[-1.0, 0.0], [0.5, 0.3]];
-    scene.trajectory.frames = frames;
-    scene.camera.baseline_m = 0.3;
-    let mut simulator = Simulator::open(&scene, None, false).unwrap();
-    let mut recorder = recorder(path, &scene, false).unwrap();
-    let mut map = TrueMap::new(&scene, &Config::default());
-    for (index, pose) in (0..).zip(simulator.poses()) {
-        let frame = simulator.frame(index, pose).unwrap();
-        map.observe(&frame, &scene.camera.model());
-        recorder.write(&frame, &map.grid(), &map.cells()).unwrap();
-    }
-    recorder.finish().unwrap();
-}
-
 fn limpid(arguments: &[&str]) -> (Option<i32>, String, String) {
     let output = std::process::Command::new(env!("CARGO_BIN_EXE_limpid")).args(arguments).output().unwrap();
     let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
@@ -231,7 +212,7 @@ fn recorded(frames: u32) -> (tempfile::TempDir, String, String) {
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
     let (recording, samples) = (at("room.mcap"), at("samples"));
-    record(Path::new(&recording), frames);
+    record_small_room(Path::new(&recording), frames);
     (folder, recording, samples)
 }
 

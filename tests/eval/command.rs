@@ -1,14 +1,8 @@
 //! `limpid eval` as a user meets it.
 
-use std::path::Path;
 use std::process::{Command, Output};
 
-use limpid::Config;
-use limpid::sim::Simulator;
-use limpid::sim::truth::TrueMap;
-use limpid::sim::write::recorder;
-
-use crate::sim::small_room;
+use crate::sim::record_small_room;
 use crate::support::gpu::skipped;
 
 fn eval(arguments: &[&str]) -> Output {
@@ -26,23 +20,6 @@ fn fails(arguments: &[&str], code: i32, parts: &[&str]) {
     assert!(!text.contains("panicked"), "{text}");
 }
 
-/// A short drive through a small room with its truth; matt walls with a fine pattern, so that stereo sees them well.
-fn record(path: &Path, frames: u32) {
-    let mut scene = small_room();
-    scene.trajectory.waypoints_m = vec![[-1.0, 0.0], [0.5, 0.3]];
-    scene.trajectory.frames = frames;
-    scene.camera.baseline_m = 0.3;
-    let mut simulator = Simulator::open(&scene, None, false).unwrap();
-    let mut recorder = recorder(path, &scene, false).unwrap();
-    let mut map = TrueMap::new(&scene, &Config::default());
-    for (index, pose) in (0..).zip(simulator.poses()) {
-        let frame = simulator.frame(index, pose).unwrap();
-        map.observe(&frame, &scene.camera.model());
-        recorder.write(&frame, &map.grid(), &map.cells()).unwrap();
-    }
-    recorder.finish().unwrap();
-}
-
 #[test]
 fn a_recording_with_truth_gives_figures_page_and_pictures() {
     if skipped() {
@@ -50,7 +27,7 @@ fn a_recording_with_truth_gives_figures_page_and_pictures() {
     }
     let folder = tempfile::tempdir().unwrap();
     let [recording, json, page] = ["drive.mcap", "eval.json", "report"].map(|name| folder.path().join(name));
-    record(&recording, 20);
+    record_small_room(&recording, 20);
     let [input, json_path, page_path] = [&recording, &json, &page].map(|path| path.to_str().unwrap());
     let output = eval(&[input, "--json", json_path, "--html", page_path]);
     let text = String::from_utf8_lossy(&output.stdout).into_owned();
@@ -105,11 +82,11 @@ fn recordings_without_truth_are_named() {
     }
     let folder = tempfile::tempdir().unwrap();
     let short = folder.path().join("short.mcap");
-    record(&short, 10);
+    record_small_room(&short, 10);
     fails(&[short.to_str().unwrap()], 1, &["short.mcap", "10 posed frames", "after 10"]);
     // A folder whose truth ends before its frames.
     let tum = folder.path().join("tum");
-    record(&tum, 3);
+    record_small_room(&tum, 3);
     let list = tum.join("truth.txt");
     let text = std::fs::read_to_string(&list).unwrap();
     let first = text.lines().find(|line| !line.starts_with('#')).unwrap();

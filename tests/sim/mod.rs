@@ -106,3 +106,20 @@ fn middle<T: Copy>(frame: &SimFrame, values: &[T], share: f64) -> Vec<T> {
     };
     (0..frame.width * frame.height).filter(|&i| inside(i)).map(|i| values[i as usize]).collect()
 }
+
+/// Records a short drive through the small room with its truth; matt walls with a fine pattern, so that stereo sees them well.
+pub(crate) fn record_small_room(path: &std::path::Path, frames: u32) {
+    let mut scene = small_room();
+    scene.trajectory.waypoints_m = vec![[-1.0, 0.0], [0.5, 0.3]];
+    scene.trajectory.frames = frames;
+    scene.camera.baseline_m = 0.3;
+    let mut simulator = Simulator::open(&scene, None, false).unwrap();
+    let mut recorder = limpid::sim::write::recorder(path, &scene, false).unwrap();
+    let mut map = limpid::sim::truth::TrueMap::new(&scene, &limpid::Config::default());
+    for (index, pose) in (0..).zip(simulator.poses()) {
+        let frame = simulator.frame(index, pose).unwrap();
+        map.observe(&frame, &scene.camera.model());
+        recorder.write(&frame, &map.grid(), &map.cells()).unwrap();
+    }
+    recorder.finish().unwrap();
+}
