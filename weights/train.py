@@ -3,10 +3,10 @@
     pip install numpy torch safetensors scikit-learn
     python weights/train.py SAMPLES... -o weights/drm-net.safetensors [--validate SAMPLES...] [--reference true|measured]
 
-The loss is the mean of |R - target| over pixels with a reference. Batch norm follows every convolution but the head's, and is
-folded into scale and bias at export. The same seed, samples and thread count give the same file on the same machine.
-What is exported is a running average of the weights, and the learning rate falls with the root of the step, so that training may
-end at any step: an interrupt (Ctrl-C) ends it, and `--steps` with the number printed then gives the same file again.
+The loss is the mean of |R - target| over pixels with a reference (`--loss bce`: their cross entropy, for comparison). Batch norm
+follows every convolution but the head's, and is folded into scale and bias at export. The same seed, samples and thread count give
+the same file on the same machine. What is exported is a running average of the weights; an interrupt (Ctrl-C) ends training early
+and exports what there is.
 """
 
 import argparse
@@ -25,6 +25,7 @@ from torch.nn import functional as F
 
 DEPTH_SCALE_M = 10.0
 ROWS, COLUMNS = 240, 320
+FIRST_FRAMES = 0.15  # share of crops that are shown as a recording's first frame
 
 
 def down(name, inputs, outputs):
@@ -134,7 +135,7 @@ class Samples:
 
 
 def augment(inputs, targets, known, crop, random):
-    """Crops, flips, exposure, gain and noise of colour; noise of depth far below delta."""
+    """Crops, flips, exposure, gain and noise of colour; noise of depth far below delta; some frames without one before them."""
     rows, columns = crop
     cut = []
     for image in range(len(inputs)):
@@ -155,15 +156,20 @@ def augment(inputs, targets, known, crop, random):
         random.standard_normal((count, 3, rows, columns), np.float32))
     color = (inputs[:, :3].clamp(min=1e-4) ** gamma * exposure * balance + noise).clamp(0, 1)
     depth, change = inputs[:, 3:4], inputs[:, 4:5]
+    change = change * (draw(0, 1, (count, 1, 1, 1)) > FIRST_FRAMES).float()
     jitter = 1 + 0.002 * torch.from_numpy(random.standard_normal((count, 1, rows, columns), np.float32))
     inputs = torch.cat([color, depth * jitter, change], 1)
     return inputs, targets, known
 
 
-def loss_of(logits, targets, known, inputs, hole_weight):
-    """Mean of |R - target| over pixels with a reference; those without depth count by `hole_weight`."""
-    weight = known.float() * torch.where(inputs[:, 3:4] > 0, 1.0, hole_weight)
-    return ((torch.sigmoid(logits) - targets).abs() * weight).sum() / weight.sum().clamp(min=1)
+def loss_of(logits, targets, known, inputs, settings):
+    """Mean of |R - target|, or of the cross entropy, over pixels with a reference; those without depth count less."""
+    weight = known.float() * torch.where(inputs[:, 3:4] > 0, 1.0, settings.hole_weight)
+    if settings.loss == "bce":
+        off = F.binary_cross_entropy_with_logits(logits, targets, reduction="none")
+    else:
+        off = (torch.sigmoid(logits) - targets).abs()
+    return (off * weight).sum() / weight.sum().clamp(min=1)
 
 
 def scores(net, samples, every):
@@ -216,6 +222,7 @@ def parse():
     parser.add_argument("--validate", nargs="*", default=[], help="files that are scored, never trained on")
     parser.add_argument("--reference", choices=["true", "measured"], default="true")
     parser.add_argument("--target", choices=["binary", "soft"], default="binary")
+    parser.add_argument("--loss", choices=["l1", "bce"], default="l1")
     parser.add_argument("--steps", type=int, default=2000)
     parser.add_argument("--batch", type=int, default=8)
     parser.add_argument("--crop", type=int, nargs=2, default=[128, 160], help="rows and columns, multiples of 16")
@@ -242,13 +249,13 @@ class Average:
                     mean.lerp_(now, 1 - kept)
 
 
-def rate_at(step, rate):
-    """Rises over 50 steps, falls with the root of the step after 400."""
-    return rate * min((step + 1) / 50, 1.0) / max(1.0, step / 400) ** 0.5
+def rate_at(step, steps, rate):
+    """Rises over 50 steps, falls with the root of the step after 400, and to nothing over the last fifth."""
+    return rate * min((step + 1) / 50, 1.0, (steps - step) / (0.2 * steps)) / max(1.0, step / 400) ** 0.5
 
 
 def settings_of(arguments, samples, steps):
-    names = ("reference", "target", "batch", "crop", "rate", "hole_weight", "seed", "threads")
+    names = ("reference", "target", "loss", "batch", "crop", "rate", "hole_weight", "seed", "threads")
     settings = {name: getattr(arguments, name) for name in names}
     recordings = sorted(pathlib.Path(path).stem for path in arguments.samples)
     return settings | {"steps": steps, "frames": len(samples), "samples": recordings, "torch": torch.__version__}
@@ -272,13 +279,13 @@ def main():
     step = 0
     while step < arguments.steps and not interrupted:
         for group in optimizer.param_groups:
-            group["lr"] = rate_at(step, arguments.rate)
+            group["lr"] = rate_at(step, arguments.steps, arguments.rate)
         while len(order) < arguments.batch:
             order += list(random.permutation(len(samples)))
         which, order = order[: arguments.batch], order[arguments.batch :]
         inputs, targets, known = augment(*samples.batch(which), arguments.crop, random)
         logits = net(inputs.contiguous(memory_format=torch.channels_last))
-        loss = loss_of(logits, targets, known, inputs, arguments.hole_weight)
+        loss = loss_of(logits, targets, known, inputs, arguments)
         optimizer.zero_grad(set_to_none=True)
         loss.backward()
         nn.utils.clip_grad_norm_(net.parameters(), 1.0)

@@ -8,6 +8,7 @@ use crate::error::{Error, Result};
 use crate::geometry::Rigid;
 use crate::recording::{ColorImage, DepthImage, DepthSamples, FramePose, Recording, RgbdFrame, open};
 use crate::sim::frame::SimFrame;
+use crate::sim::generate::Level;
 use crate::sim::truth::{TrueMap, TruthFrame, TruthReader};
 use crate::sim::{Scene, Simulator};
 
@@ -86,6 +87,7 @@ pub struct Recorded {
     path: PathBuf,
     frames: Box<dyn Recording>,
     truth: TruthReader,
+    scene: Option<Scene>,
 }
 
 impl Recorded {
@@ -98,10 +100,16 @@ impl Recorded {
         if path.is_dir() && !path.join("truth.txt").exists() {
             return Err(without_truth(path));
         }
-        if TruthReader::open(path)?.next_frame()?.is_none() {
+        let mut first = TruthReader::open(path)?;
+        if first.next_frame()?.is_none() {
             return Err(without_truth(path));
         }
-        Ok(Self { path: path.into(), frames, truth: TruthReader::open(path)? })
+        Ok(Self { path: path.into(), frames, truth: TruthReader::open(path)?, scene: first.scene()? })
+    }
+
+    /// The glare level of a scene that [`generate`](crate::sim::generate::generate) made; `None` for any other.
+    pub fn level(&self) -> Option<Level> {
+        Level::of_scene(self.scene.as_ref()?)
     }
 }
 

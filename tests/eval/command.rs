@@ -60,6 +60,35 @@ fn a_recording_with_truth_gives_figures_page_and_pictures() {
 }
 
 #[test]
+fn what_was_scored_is_kept_and_recordings_of_generated_scenes_come_under_their_level() {
+    if skipped() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let [recording, counts] = ["scene.mcap", "counts"].map(|name| folder.path().join(name));
+    let [input, keep] = [&recording, &counts].map(|path| path.to_str().unwrap());
+    let mut sim = Command::new(env!("CARGO_BIN_EXE_limpid"));
+    sim.args(["sim", "--seed", "6000", "--level", "L0", "--frames", "12", "--size", "160x96", "-o", input]);
+    assert!(sim.output().unwrap().status.success());
+    let table = || {
+        let output = eval(&[input, "--keep", keep]);
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        String::from_utf8_lossy(&output.stdout).into_owned()
+    };
+    let first = table();
+    assert!(first.contains("L0: 1 scenes, 2 frames scored"), "{first}");
+    // The counts are taken from the file, as an altered one shows.
+    let file = counts.join("scene-mcap.json");
+    let kept = std::fs::read_to_string(&file).unwrap();
+    std::fs::write(&file, kept.replace("\"frames\":2", "\"frames\":7")).unwrap();
+    assert!(table().contains("7 frames scored"), "{kept}");
+    // Another recording of that name is scored again.
+    let other = std::fs::File::options().append(true).open(&recording).unwrap();
+    other.set_modified(std::time::SystemTime::UNIX_EPOCH).unwrap();
+    assert_eq!(table(), first);
+}
+
+#[test]
 fn wrong_usage_says_what_is_right() {
     fails(&["--levels", "L7"], 2, &["L7", "L0, L1, L2"]);
     fails(&["--frames", "10"], 2, &["10", "--frames"]);

@@ -11,7 +11,7 @@ fn scene(family: Family, level: Level, seed: u64) -> Scene {
 
 #[test]
 fn scenes_are_valid_repeatable_and_survive_yaml() {
-    for family in [Family::Train, Family::HeldOut] {
+    for family in [Family::Train, Family::HeldOut, Family::Tabletop] {
         for level in [Level::L0, Level::L1, Level::L2] {
             for seed in 0..12 {
                 let scene = scene(family, level, seed);
@@ -82,4 +82,35 @@ fn families_share_no_material_but_glass_and_mirror_and_sensors_vary_by_seed() {
 fn a_way_that_is_too_long_is_refused() {
     let error = generate(Family::Train, Level::L0, 1, 90_000).unwrap_err().to_string();
     assert!(error.contains("`seed`") && error.contains("90000 frames"), "{error}");
+}
+
+#[test]
+fn a_generated_scene_knows_its_level_and_another_has_none() {
+    for level in [Level::L0, Level::L1, Level::L2] {
+        for family in [Family::Train, Family::HeldOut, Family::Tabletop] {
+            assert_eq!(Level::of_scene(&scene(family, level, 2)), Some(level));
+        }
+    }
+    let mut other = scene(Family::Train, Level::L1, 2);
+    for name in ["", "kitchen", "Train L1", "Train L3 seed 2", "Train L1 seed 2 again"] {
+        other.name = name.into();
+        assert_eq!(Level::of_scene(&other), None, "{name}");
+    }
+}
+
+#[test]
+fn a_table_is_seen_from_close_by_through_clear_vessels() {
+    for seed in 0..12 {
+        let scene = scene(Family::Tabletop, Level::L0, seed);
+        let clear: Vec<_> = scene.panes.iter().filter(|pane| pane.material == "clear").collect();
+        assert!(clear.len() >= 12 && clear.len() % 6 == 0, "{}: {}", scene.name, clear.len());
+        let top_m = scene.boxes[0].center_m[2] + 0.02;
+        assert!(clear.iter().all(|pane| (pane.center_m[2] - pane.height_m / 2.0 - top_m).abs() < 1e-9));
+        for pose in poses(&scene) {
+            let camera = pose.map_from_base.then(pose.base_from_camera);
+            let nearest = clear.iter().map(|pane| camera.translation_m.distance(pane.center_m.into()));
+            let nearest = nearest.fold(f64::INFINITY, f64::min);
+            assert!((0.2..2.5).contains(&nearest), "{}: {nearest} m", scene.name);
+        }
+    }
 }

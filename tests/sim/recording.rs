@@ -53,6 +53,7 @@ fn comes_back(path: &Path, written: &[(SimFrame, Vec<i8>)]) {
         assert!(got.translation_m.distance(want.translation_m) < 1e-9);
         assert!(got.rotation.angle_between(want.rotation) < 1e-6);
         let true_frame = truth.next_frame().unwrap().unwrap();
+        assert_eq!(truth.scene().unwrap().unwrap().rooms, small_room().rooms);
         assert_eq!(true_frame.stamp_ns, frame.stamp_ns);
         assert_eq!(true_frame.depth_m, frame.true_depth_m);
         assert_eq!(true_frame.material, frame.material);

@@ -28,6 +28,9 @@ pub(crate) struct EvalArguments {
     /// Whether panes of glass are kept from one labelled scan to the next
     #[arg(long, value_enum, default_value = "on")]
     memory: Memory,
+    /// Keep the counts of every scene or recording here, and take those that are there already
+    #[arg(long, value_name = "DIR")]
+    keep: Option<PathBuf>,
     #[command(flatten)]
     scenes: SceneArguments,
     /// Parameters in YAML that all methods share; `fusion` and `weights` are those of drm
@@ -84,9 +87,6 @@ struct SceneArguments {
     /// Draw imager, projector and matcher settings from the seed, as in training
     #[arg(long)]
     vary_sensor: bool,
-    /// Keep every scene's counts here, and take those that are there already
-    #[arg(long, value_name = "DIR")]
-    keep: Option<PathBuf>,
 }
 
 impl SceneArguments {

@@ -34,7 +34,7 @@ pub(super) fn generated(arguments: &EvalArguments) -> Result<()> {
         }
     }
     bar.finish_and_clear();
-    let family = if wanted.family == limpid::sim::generate::Family::Train { "train" } else { "held-out" };
+    let family = wanted.family.name();
     let title = format!(
         "{count} scenes a level of family {family} from seed {}, {} frames each",
         wanted.first_seed,
@@ -46,13 +46,14 @@ pub(super) fn generated(arguments: &EvalArguments) -> Result<()> {
 pub(super) fn recorded(arguments: &EvalArguments, recordings: &[PathBuf]) -> Result<()> {
     let judge = Judge::new(arguments)?;
     let mut results = Vec::new();
+    let bar = progress_bar(Some(recordings.len() as u64));
     for path in recordings {
-        let mut source = Recorded::open(path, &judge.config)?;
-        let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy();
-        let result = judge.source(&mut source, "recordings", &name)?;
-        eprintln!("{}", line(&result));
+        let result = judge.recording(path)?;
+        bar.suspend(|| eprintln!("{}", line(&result)));
+        bar.inc(1);
         results.push(result);
     }
+    bar.finish_and_clear();
     judge.finish(&format!("{} recordings", recordings.len()), results)
 }
 
@@ -99,7 +100,7 @@ struct Kept {
 impl<'a> Judge<'a> {
     fn new(arguments: &'a EvalArguments) -> Result<Self> {
         let config = arguments.config()?;
-        if let Some(folder) = &arguments.scenes.keep {
+        if let Some(folder) = &arguments.keep {
             make_folder(folder)?;
         }
         let mut hasher = DefaultHasher::new();
@@ -113,15 +114,38 @@ impl<'a> Judge<'a> {
 
     /// A generated scene, or what is kept of it.
     fn scene(&self, scene: &Scene, level: Level) -> Result<SceneResult> {
-        let keep = self.arguments.scenes.keep.as_ref();
-        let path = keep.map(|folder| folder.join(format!("{}.json", file_name(&scene.name))));
-        let settings = format!("{} {}", self.settings, scene.to_yaml()?);
+        self.kept_or(&scene.name, &scene.to_yaml()?, || {
+            let adapter = self.arguments.adapter.as_deref();
+            let mut source = Generated::open(scene, &self.config, adapter)?;
+            self.source(&mut source, &format!("{level:?}"), &scene.name)
+        })
+    }
+
+    /// A recording, or what is kept of it. Those of generated scenes come under their level, others under `recordings`.
+    fn recording(&self, path: &Path) -> Result<SceneResult> {
+        let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy();
+        let about = std::fs::metadata(path).map_err(Error::file(path))?;
+        self.kept_or(&name, &format!("{path:?} {} {:?}", about.len(), about.modified().ok()), || {
+            let mut source = Recorded::open(path, &self.config)?;
+            let level = source.level().map_or("recordings".into(), |level| format!("{level:?}"));
+            self.source(&mut source, &level, &name)
+        })
+    }
+
+    /// What is kept of the input of that name and these contents, or else what `score` says, which is kept.
+    fn kept_or(
+        &self,
+        name: &str,
+        contents: &str,
+        score: impl FnOnce() -> Result<SceneResult>,
+    ) -> Result<SceneResult> {
+        let keep = self.arguments.keep.as_ref();
+        let path = keep.map(|folder| folder.join(format!("{}.json", file_name(name))));
+        let settings = format!("{} {contents}", self.settings);
         if let Some(result) = path.as_deref().and_then(|path| kept(path, &settings)) {
             return Ok(result);
         }
-        let adapter = self.arguments.adapter.as_deref();
-        let mut source = Generated::open(scene, &self.config, adapter)?;
-        let result = self.source(&mut source, &format!("{level:?}"), &scene.name)?;
+        let result = score()?;
         if let Some(path) = path {
             let bad =
                 |error: serde_json::Error| Error::Encode { path: path.clone(), reason: error.to_string() };

@@ -10,6 +10,7 @@ use crate::frame::Grid;
 use crate::recording::image_decode::{color_from_file, read_file};
 use crate::recording::message::ros2::{Header, Image, Pose, Time, decode_cdr};
 use crate::recording::{DepthSamples, McapRecords, Record, Records, depth_from_exr};
+use crate::sim::scene::Scene;
 
 /// Ground truth of one frame; see [`crate::sim::truth`].
 #[derive(Debug, Clone, PartialEq)]
@@ -34,6 +35,7 @@ pub struct TruthFrame {
 pub struct TruthReader {
     path: PathBuf,
     source: Source,
+    scene: Option<String>,
 }
 
 enum Source {
@@ -47,14 +49,28 @@ impl TruthReader {
     /// # Errors
     /// [`Error::File`]; [`Error::Format`] where it is no MCAP file and holds no readable `truth.txt`.
     pub fn open(path: &Path) -> Result<Self> {
-        let source = if path.is_dir() {
+        let (source, scene) = if path.is_dir() {
             let entries = entries(&path.join("truth.txt"))?;
-            Source::Folder(entries.into_iter(), grid_file(&path.join("truth/map.yaml"))?)
+            let scene = std::fs::read_to_string(path.join("truth/scene.yaml")).ok();
+            (Source::Folder(entries.into_iter(), grid_file(&path.join("truth/map.yaml"))?), scene)
         } else {
             let records = McapRecords::open(path)?;
-            Source::Mcap(Box::new(McapTruth { records, topics: HashMap::new(), images: [None, None] }))
+            let truth = McapTruth { records, topics: HashMap::new(), images: [None, None], scene: None };
+            (Source::Mcap(Box::new(truth)), None)
         };
-        Ok(Self { path: path.into(), source })
+        Ok(Self { path: path.into(), source, scene })
+    }
+
+    /// The scene that was recorded, from the first frame on; `None` where the recording holds none.
+    ///
+    /// # Errors
+    /// Those of [`Scene::from_yaml`].
+    pub fn scene(&self) -> Result<Option<Scene>> {
+        let yaml = match &self.source {
+            Source::Mcap(mcap) => mcap.scene.as_deref(),
+            Source::Folder(..) => self.scene.as_deref(),
+        };
+        yaml.map(Scene::from_yaml).transpose()
     }
 
     /// The truth of the next frame, `None` at the end.
@@ -94,6 +110,13 @@ fn bad(path: &Path, reason: impl Into<String>) -> Error {
 const DEPTH: &str = "/truth/depth/image_raw";
 const MATERIAL: &str = "/truth/material/image_raw";
 const MAP: &str = "/truth/map";
+const SCENE: &str = "/truth/scene";
+
+/// `std_msgs/String` as it is read.
+#[derive(Deserialize)]
+struct RosString {
+    data: String,
+}
 
 /// `nav_msgs/OccupancyGrid` as it is read.
 #[derive(Deserialize)]
@@ -119,6 +142,7 @@ struct McapTruth {
     records: McapRecords,
     topics: HashMap<u32, String>,
     images: [Option<Image>; 2],
+    scene: Option<String>,
 }
 
 impl McapTruth {
@@ -129,7 +153,7 @@ impl McapTruth {
             match self.records.next(&wanted)? {
                 None => return Ok(None),
                 Some(Record::Channel { id, topic, .. }) => {
-                    if [DEPTH, MATERIAL, MAP].contains(&topic.as_str()) {
+                    if [DEPTH, MATERIAL, MAP, SCENE].contains(&topic.as_str()) {
                         self.topics.insert(id, topic);
                     }
                 }
@@ -138,6 +162,7 @@ impl McapTruth {
                     match topic {
                         Some(DEPTH) => self.images[0] = Some(decode_cdr(DEPTH, &data)?),
                         Some(MATERIAL) => self.images[1] = Some(decode_cdr(MATERIAL, &data)?),
+                        Some(SCENE) => self.scene = Some(decode_cdr::<RosString>(SCENE, &data)?.data),
                         Some(MAP) => return self.complete(path, decode_cdr(MAP, &data)?).map(Some),
                         _ => {}
                     }
