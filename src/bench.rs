@@ -116,7 +116,7 @@ pub fn bench(
         adapter: pipeline.executor().context().describe(),
         width: first.depth.camera.width,
         height: first.depth.camera.height,
-        method: format!("{:?}", config.method).to_lowercase(),
+        method: format!("{:?}", config.resolved(options.color.is_some()).method).to_lowercase(),
         build_ms,
         wall: Stats::of(&wall).ok_or_else(empty)?,
         cpu: Stats::of(&cpu).ok_or_else(empty)?,

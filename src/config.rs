@@ -22,6 +22,8 @@ pub const EXAMPLE: &str = include_str!("../testdata/config/limpid.yaml");
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "lowercase")]
 pub enum Method {
+    /// `Drm` where frames come with colour and its calibration, else `Range`; a run says which it was.
+    Auto,
     /// Any depth above 0, weight 1.
     Naive,
     /// Depth in `[depth_min_m, range_gate_m]`, weight 1.
@@ -64,7 +66,7 @@ pub struct StaticTransform {
 pub struct Config {
     /// How depth becomes evidence.
     pub method: Method,
-    /// Weight file of DRM-Net (safetensors), for method drm.
+    /// Weight file of DRM-Net (safetensors), for method drm; empty: the weights that limpid comes with.
     pub weights: String,
     /// What a pixel of reliability R above tau counts: R, or 1.
     pub fusion: Fusion,
@@ -248,9 +250,9 @@ impl Default for Config {
     #[expect(clippy::too_many_lines, reason = "a line for each parameter")]
     fn default() -> Self {
         Self {
-            method: Method::Range,
+            method: Method::Auto,
             weights: String::new(),
-            fusion: Fusion::Weight,
+            fusion: Fusion::Gate,
             depth_topic: String::new(),
             depth_info_topic: String::new(),
             color_topic: String::new(),
@@ -380,6 +382,16 @@ impl Config {
         };
         config.validate()?;
         Ok(config)
+    }
+
+    /// With a method in place of [`Method::Auto`]: drm where there is colour, else range.
+    pub fn resolved(&self, has_color: bool) -> Self {
+        let method = match self.method {
+            Method::Auto if has_color => Method::Drm,
+            Method::Auto => Method::Range,
+            stated => stated,
+        };
+        Self { method, ..self.clone() }
     }
 
     /// Cells along one side of the map.

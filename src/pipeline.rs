@@ -74,6 +74,7 @@ impl Pipeline {
     /// [`crate::Error::Config`], [`crate::Error::NoAdapter`], [`crate::Error::Limit`], [`crate::Error::Gpu`].
     pub fn open(config: &Config, first: &RgbdFrame, options: &Options) -> Result<Self> {
         config.validate()?;
+        let config = &config.resolved(options.color.is_some());
         first.depth.camera.validate()?;
         let adapter = Chosen::find(options.adapter.as_deref())?;
         let drm = load_drm(config, options, &adapter)?;

@@ -63,20 +63,21 @@ impl Pipeline {
 /// The network of method drm; `None` for the others.
 ///
 /// # Errors
-/// [`Error::Config`] without a weight file, [`Error::Input`] without colour; those of reading weights.
+/// [`Error::Input`] without colour; those of reading weights.
 pub(crate) fn load_drm(config: &Config, options: &Options, adapter: &Chosen) -> Result<Option<Drm>> {
     if config.method != Method::Drm {
         return Ok(None);
     }
-    if config.weights.is_empty() {
-        let reason = "is empty; method drm needs a weight file (--weights FILE)".into();
-        return Err(Error::Config { key: "weights".into(), reason });
-    }
     if options.color.is_none() {
-        let reason = "none with a calibration among the first frames; method drm needs colour".into();
+        let reason =
+            "none with a calibration among the first frames; method drm needs colour (method range does not)"
+                .into();
         return Err(Error::Input { what: "colour image".into(), reason });
     }
-    let network = Network::read(std::path::Path::new(&config.weights))?;
+    let network = match config.weights.as_str() {
+        "" => Network::shipped()?,
+        file => Network::read(std::path::Path::new(file))?,
+    };
     Ok(Some(Drm { network: Arc::new(network), backend: Backend::of(adapter) }))
 }
 

@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 use std::ops::Range;
 use std::time::{Duration, Instant};
 
-use crate::config::Config;
+use crate::config::{Config, Method};
 use crate::error::{Error, Result};
 use crate::frame::{FrameOutput, Options};
 use crate::pipeline::Pipeline;
@@ -33,6 +33,8 @@ pub struct RunReport {
     pub build: Duration,
     /// From the first frame in to the last result written.
     pub elapsed: Duration,
+    /// Which method `auto` came to, and why.
+    pub method_note: Option<String>,
     /// The last result.
     pub last: Option<FrameOutput>,
     /// What the reader met.
@@ -135,6 +137,9 @@ impl Run<'_> {
         let Some(first) = self.source.ahead.front() else { return Ok(()) };
         let start = Instant::now();
         let options = self.options.clone().with_color_of(self.source.ahead.iter());
+        if self.config.method == Method::Auto {
+            self.report.method_note = Some(chosen(options.color.is_some()).into());
+        }
         let mut pipeline = Pipeline::open(self.config, first, &options)?;
         self.report.build = start.elapsed();
         self.report.adapter = pipeline.executor().context().describe();
@@ -181,6 +186,15 @@ impl Run<'_> {
         self.report.degraded += u64::from(output.degraded);
         self.report.last = Some(output);
         Ok(())
+    }
+}
+
+/// What method `auto` comes to.
+fn chosen(has_color: bool) -> &'static str {
+    if has_color {
+        "method drm: depth is weighed by DRM-Net, which needs colour in every frame (--method range does not)"
+    } else {
+        "method range: there is no colour with a calibration among the first frames, which method drm needs"
     }
 }
 

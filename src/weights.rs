@@ -9,6 +9,9 @@ use serde::Deserialize;
 
 use crate::error::{Error, Result};
 
+/// The weight file that limpid comes with.
+pub const SHIPPED: &[u8] = include_bytes!("../weights/drm-net.safetensors");
+
 /// Channels of the network's input: red, green, blue, depth, change of depth.
 pub const INPUT_CHANNELS: usize = 5;
 
@@ -109,6 +112,14 @@ impl Network {
         let bytes = std::fs::read(path).map_err(Error::file(path))?;
         let named = |error: Error| Error::Format { path: path.into(), reason: error.to_string() };
         Self::from_bytes(&bytes).map_err(named)
+    }
+
+    /// The weights that limpid comes with (`weights/README.md`).
+    ///
+    /// # Errors
+    /// None; a test reads them.
+    pub fn shipped() -> Result<Self> {
+        Self::from_bytes(SHIPPED)
     }
 
     /// Reads a safetensors file from memory.

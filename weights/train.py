@@ -12,6 +12,7 @@ and exports what there is.
 import argparse
 import copy
 import json
+import math
 import pathlib
 import signal
 import time
@@ -25,7 +26,12 @@ from torch.nn import functional as F
 
 DEPTH_SCALE_M = 10.0
 ROWS, COLUMNS = 240, 320
+INSERTED = 0.7  # evidence from which a cell counts as occupied (spec 1 §3)
 FIRST_FRAMES = 0.15  # share of crops that are shown as a recording's first frame
+
+
+def logit(probability):
+    return math.log(probability / (1 - probability))
 
 
 def down(name, inputs, outputs):
@@ -88,8 +94,8 @@ class DrmNet(nn.Module):
             kept[name] = now
         return now
 
-    def folded(self):
-        """Weights and biases by name, batch norm folded in."""
+    def folded(self, sharpen, at):
+        """Weights and biases by name, batch norm folded in; the head's logit is scaled by `sharpen`, and R is INSERTED where it was `at`."""
         tensors = {}
         for key, module in self.convs.items():
             prefix = key.replace("_", ".")
@@ -102,7 +108,52 @@ class DrmNet(nn.Module):
                 bias = norm.bias.double() - norm.running_mean.double() * scale
             tensors[f"{prefix}.weight"] = weight.detach().float().numpy().copy()
             tensors[f"{prefix}.bias"] = bias.detach().float().numpy().copy()
+        tensors["head.weight"] *= np.float32(sharpen)
+        tensors["head.bias"] *= np.float32(sharpen)
+        tensors["head.bias"] += np.float32(logit(INSERTED) - sharpen * logit(at))
         return tensors
+
+
+    def unfold(self, path, batches):
+        """Takes on the weights of a file, as they were before it was sharpened; batch norm gets the statistics of `batches` and the scale
+        that undoes them."""
+        with safe_open(path, "pt") as file:
+            tensors = {name: file.get_tensor(name) for name in file.keys()}
+            before = json.loads(file.metadata().get("training", "{}"))
+        sharpen, at = before.get("sharpen", 1.0), before.get("at", INSERTED)
+        tensors["head.bias"] = (tensors["head.bias"] - (logit(INSERTED) - sharpen * logit(at))) / sharpen
+        tensors["head.weight"] = tensors["head.weight"] / sharpen
+        hooks = []
+        for key, module in self.convs.items():
+            prefix = key.replace("_", ".")
+            conv = module if isinstance(module, nn.Conv2d) else module[0]
+            wanted = tensors[f"{prefix}.weight"]
+            if conv.weight.shape != wanted.shape:
+                raise SystemExit(f"{path}: `{prefix}.weight` is {list(wanted.shape)}, the network's {list(conv.weight.shape)}")
+            conv.weight.data.copy_(wanted)
+            if conv is module:
+                conv.bias.data.copy_(tensors[f"{prefix}.bias"])
+            else:
+                hooks.append(conv.register_forward_hook(restoring(module[1], tensors[f"{prefix}.bias"])))
+        self.eval()
+        with torch.no_grad():
+            self(batches.contiguous(memory_format=torch.channels_last))
+        for hook in hooks:
+            hook.remove()
+        self.train()
+
+
+def restoring(norm, bias):
+    """A hook behind a convolution: sets its batch norm so that it adds `bias` to what now comes and no more."""
+
+    def hook(_module, _inputs, output):
+        variance, mean = torch.var_mean(output, (0, 2, 3))
+        norm.running_mean.copy_(mean)
+        norm.running_var.copy_(variance)
+        norm.weight.data.copy_(torch.sqrt(variance + norm.eps))
+        norm.bias.data.copy_(bias + mean)
+
+    return hook
 
 
 class Samples:
@@ -204,7 +255,7 @@ def export(net, path, settings):
         "architecture": json.dumps(ARCHITECTURE),
         "training": json.dumps(settings, sort_keys=True),
     }
-    pathlib.Path(path).write_bytes(in_order(save(net.folded(), metadata)))
+    pathlib.Path(path).write_bytes(in_order(save(net.folded(settings["sharpen"], settings["at"]), metadata)))
 
 
 def in_order(file):
@@ -220,6 +271,9 @@ def parse():
     parser.add_argument("samples", nargs="+", help="safetensors files of `limpid targets`")
     parser.add_argument("-o", "--output", required=True)
     parser.add_argument("--validate", nargs="*", default=[], help="files that are scored, never trained on")
+    parser.add_argument("--sharpen", type=float, default=1.0, help="scales the exported head: R goes faster from 0 to 1")
+    parser.add_argument("--at", type=float, default=INSERTED, help="what R was where the exported R is 0.7")
+    parser.add_argument("--init", metavar="WEIGHTS", help="go on from this weight file")
     parser.add_argument("--reference", choices=["true", "measured"], default="true")
     parser.add_argument("--target", choices=["binary", "soft"], default="binary")
     parser.add_argument("--loss", choices=["l1", "bce"], default="l1")
@@ -255,8 +309,11 @@ def rate_at(step, steps, rate):
 
 
 def settings_of(arguments, samples, steps):
-    names = ("reference", "target", "loss", "batch", "crop", "rate", "hole_weight", "seed", "threads")
+    names = ("reference", "target", "loss", "sharpen", "at", "batch", "crop", "rate", "hole_weight", "seed", "threads")
     settings = {name: getattr(arguments, name) for name in names}
+    if arguments.init:
+        with safe_open(arguments.init, "np") as file:
+            settings["init"] = json.loads(file.metadata().get("training", "{}"))
     recordings = sorted(pathlib.Path(path).stem for path in arguments.samples)
     return settings | {"steps": steps, "frames": len(samples), "samples": recordings, "torch": torch.__version__}
 
@@ -272,6 +329,8 @@ def main():
     print(f"{len(samples)} frames for training, {len(validation)} for validation", flush=True)
     net = DrmNet(ARCHITECTURE).to(memory_format=torch.channels_last)
     nn.init.constant_(net.convs["head"].bias, 1.0)
+    if arguments.init:
+        net.unfold(arguments.init, samples.batch(random.permutation(len(samples))[:16])[0])
     average = Average(net)
     optimizer = torch.optim.AdamW(net.parameters(), arguments.rate, weight_decay=1e-4)
     start, total, order, interrupted = time.time(), 0.0, [], []

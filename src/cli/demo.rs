@@ -7,7 +7,7 @@ use limpid::bench::{bench, frames};
 use limpid::eval::{Generated, contestants, evaluate, picture};
 use limpid::frame::Options;
 use limpid::recording::{self, write::save_map};
-use limpid::sim::generate::{Family, Level, generate};
+use limpid::sim::Scene;
 use limpid::{Config, Error, Result};
 
 use super::run::{Outputs, print_report, run_with_progress};
@@ -19,10 +19,8 @@ const ROOM: &[u8] = include_bytes!("../../testdata/room.mcap");
 /// Samples of the timing table: short, since it is a demonstration.
 const SAMPLES: usize = 50;
 
-/// The room with glare: seed, frames, and size of the images.
-const GLARE_SEED: u64 = 5000;
-const GLARE_FRAMES: u32 = 20;
-const GLARE_SIZE: [u32; 2] = [424, 240];
+/// The corridor with glare, as `testdata/README.md` describes it.
+const CORRIDOR: &str = include_str!("../../testdata/corridor.yaml");
 
 #[derive(Debug, Args)]
 pub(crate) struct DemoArguments {
@@ -50,7 +48,8 @@ pub(crate) fn execute(arguments: &DemoArguments) -> Result<()> {
         save_map(&map, last)?;
     }
     let frames = frames(recording::open(&input, &config)?.as_mut(), SAMPLES)?;
-    let table = bench(&config, &Options { images: false, ..options }, &frames, SAMPLES)?.table();
+    let options = Options { images: false, ..options }.with_color_of(frames.iter());
+    let table = bench(&config, &options, &frames, SAMPLES)?.table();
     save(&timing, &table)?;
     println!("\n{table}");
     let glare = dir.join("glare.png");
@@ -61,16 +60,15 @@ pub(crate) fn execute(arguments: &DemoArguments) -> Result<()> {
     println!("map         {}.pgm and .yaml  (for nav2's map_server)", map.display());
     println!("timing      {}", timing.display());
     println!(
-        "glare       {}  (a simulated room with a polished floor: methods beside the truth)",
+        "glare       {}  (a simulated corridor with a polished floor: maps without and with reliability, and the truth)",
         glare.display()
     );
     Ok(())
 }
 
-/// Drives through a simulated room with strong glare and draws what methods make of it beside the truth.
+/// Drives along a simulated corridor with strong glare and draws what methods make of it beside the truth.
 fn show_glare(config: &Config, adapter: Option<&str>, path: &Path) -> Result<()> {
-    let mut scene = generate(Family::Train, Level::L2, GLARE_SEED, GLARE_FRAMES)?;
-    [scene.camera.width, scene.camera.height] = GLARE_SIZE;
+    let scene = Scene::from_yaml(CORRIDOR)?;
     let mut source = Generated::open(&scene, config, adapter)?;
     let shown =
         contestants(config).into_iter().filter(|method| ["naive", "range", "drm"].contains(&method.key));

@@ -173,7 +173,7 @@ pub(super) fn progress_bar(total: Option<u64>) -> ProgressBar {
 
 pub(super) fn print_report(report: &RunReport) {
     println!("adapter: {}", report.adapter);
-    for note in &report.read.notes {
+    for note in report.method_note.iter().chain(&report.read.notes) {
         println!("note: {note}");
     }
     for skipped in &report.read.skipped {

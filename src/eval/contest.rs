@@ -21,7 +21,7 @@ pub struct Contestant {
 /// The method of the other fusion takes the first one's reliability, so that the network runs once a frame.
 const OTHER_FUSION: [&str; 2] = ["drm_weight", "drm_gate"];
 
-/// All methods with the map settings of `config` (spec 1 §4, §8); those of DRM-Net where there are weights.
+/// All methods with the map settings of `config` (spec 1 §4, §8).
 pub fn contestants(config: &Config) -> Vec<Contestant> {
     let with = |key, method| Contestant { key, config: Config { method, ..config.clone() } };
     let mut all = vec![
@@ -32,15 +32,13 @@ pub fn contestants(config: &Config) -> Vec<Contestant> {
         with("naive_3_hits", Method::Naive),
     ];
     all[4].config.min_hits = STRICT_HITS.max(config.min_hits);
-    if !config.weights.is_empty() {
-        let (key, fusion) = match config.fusion {
-            Fusion::Weight => (OTHER_FUSION[1], Fusion::Gate),
-            Fusion::Gate => (OTHER_FUSION[0], Fusion::Weight),
-        };
-        all.push(with("drm", Method::Drm));
-        // Reliability is 0 wherever drm takes no depth, so the wider range of naive lets nothing else in.
-        all.push(Contestant { key, config: Config { method: Method::Naive, fusion, ..config.clone() } });
-    }
+    let (key, fusion) = match config.fusion {
+        Fusion::Weight => (OTHER_FUSION[1], Fusion::Gate),
+        Fusion::Gate => (OTHER_FUSION[0], Fusion::Weight),
+    };
+    all.push(with("drm", Method::Drm));
+    // Reliability is 0 wherever drm takes no depth, so the wider range of naive lets nothing else in.
+    all.push(Contestant { key, config: Config { method: Method::Naive, fusion, ..config.clone() } });
     all
 }
 

@@ -195,7 +195,7 @@ fn verdicts(measured_m: &[f32], reference_m: &[f32], tolerance_m: f64) -> Vec<Op
     measured_m.iter().zip(reference_m).map(verdict).collect()
 }
 
-/// Scores all pairs in `folder`; reliability is that of the configuration's weights, where there are some. Pictures go to
+/// Scores all pairs in `folder`; reliability is that of the configuration's weights. Pictures go to
 /// `pictures`.
 ///
 /// # Errors
@@ -229,9 +229,6 @@ pub fn evaluate_pairs(
 }
 
 fn reliability(frame: &RgbdFrame, config: &Config, adapter: Option<&str>) -> Result<Option<Vec<f32>>> {
-    if config.weights.is_empty() {
-        return Ok(None);
-    }
     let options = Options { adapter: adapter.map(str::to_owned), images: true, ..Options::default() };
     let options = options.with_color_of(std::iter::once(frame));
     let config = Config { method: Method::Drm, ..config.clone() };

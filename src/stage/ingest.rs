@@ -43,7 +43,8 @@ pub fn depth_range_m(config: &Config) -> (f64, f64) {
     match config.method {
         Method::Naive | Method::Median | Method::Temporal => (0.0, f64::from(f32::MAX)),
         Method::Drm => (config.depth_min_m, config.depth_max_m),
-        Method::Range => (config.depth_min_m, config.range_gate_m.min(config.depth_max_m)),
+        // Auto is resolved before a pipeline is built.
+        Method::Range | Method::Auto => (config.depth_min_m, config.range_gate_m.min(config.depth_max_m)),
     }
 }
 

@@ -37,8 +37,8 @@ fn frame(index: u64) -> RgbdFrame {
 #[test]
 fn methods_are_those_of_the_spec() {
     let keys = |config: &Config| contestants(config).iter().map(|c| c.key).collect::<Vec<_>>();
-    let plain = ["naive", "range", "median", "temporal", "naive_3_hits"];
-    assert_eq!(keys(&Config::default()), plain, "without weights there is no drm");
+    let plain = ["naive", "range", "median", "temporal", "naive_3_hits", "drm", "drm_weight"];
+    assert_eq!(keys(&Config::default()), plain);
     assert_eq!(keys(&config(Fusion::Gate))[5..], ["drm", "drm_weight"]);
     assert_eq!(keys(&config(Fusion::Weight))[5..], ["drm", "drm_gate"]);
     let all = contestants(&Config { min_hits: 5, lambda: 0.8, ..config(Fusion::Gate) });

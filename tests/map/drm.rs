@@ -100,7 +100,7 @@ fn reliability_is_the_networks() {
 }
 
 #[test]
-fn drm_wants_weights_and_colour() {
+fn drm_wants_readable_weights_and_colour() {
     if skipped() {
         return;
     }
@@ -108,13 +108,31 @@ fn drm_wants_weights_and_colour() {
         let reason = Pipeline::open(config, &frame(0), options).err().unwrap().to_string();
         assert!(parts.iter().all(|part| reason.contains(part)), "{reason}");
     };
-    let without = Config { weights: String::new(), ..config() };
-    refused(&without, &options(&frame(0)), &["`weights`", "--weights FILE"]);
     let missing = Config { weights: "no/such.safetensors".into(), ..config() };
     refused(&missing, &options(&frame(0)), &["no/such.safetensors"]);
     let broken = Config { weights: "Cargo.toml".into(), ..config() };
     refused(&broken, &options(&frame(0)), &["Cargo.toml", "safetensors"]);
     refused(&config(), &all(), &["colour image", "method drm needs colour"]);
+}
+
+#[test]
+fn auto_is_drm_where_there_is_colour_and_range_elsewhere() {
+    assert_eq!(Config::default().method, Method::Auto);
+    assert_eq!(Config::default().resolved(true).method, Method::Drm);
+    assert_eq!(Config::default().resolved(false).method, Method::Range);
+    let stated = Config { method: Method::Naive, ..Config::default() };
+    assert_eq!(stated.resolved(true), stated);
+    assert!(Network::shipped().unwrap().depth_scale_m > 0.0);
+    if skipped() {
+        return;
+    }
+    let shipped = Config { weights: String::new(), ..config() };
+    let mut drm = Pipeline::open(&shipped, &frame(0), &options(&frame(0))).unwrap();
+    let mut auto = Pipeline::open(&Config::default(), &frame(0), &options(&frame(0))).unwrap();
+    assert_eq!(step(&mut auto, &frame(0)).images, step(&mut drm, &frame(0)).images);
+    let mut range = Pipeline::open(&Config::default(), &frame(0), &all()).unwrap();
+    let weights = step(&mut range, &frame(0)).images.unwrap().reliability;
+    assert!(weights.iter().all(|&r| r == 0.0 || r == 1.0), "without colour: range");
 }
 
 #[test]

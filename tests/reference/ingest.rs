@@ -10,7 +10,7 @@ const COUNT_SLACK: f64 = 1e-6;
 pub(crate) fn ingest(config: &Config, samples: &DepthSamples) -> Vec<f32> {
     let gate = |metres: f64, slack: f64| match config.method {
         Method::Drm => panic!("the twin knows no network"),
-        Method::Range => {
+        Method::Range | Method::Auto => {
             metres >= config.depth_min_m - slack
                 && metres <= config.range_gate_m.min(config.depth_max_m) + slack
         }

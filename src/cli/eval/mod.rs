@@ -113,11 +113,7 @@ impl EvalArguments {
     }
 
     fn config(&self) -> Result<Config> {
-        let config = self.base_config()?;
-        if config.weights.is_empty() {
-            println!("no weights (--weights FILE): method drm is left out");
-        }
-        Ok(config)
+        self.base_config()
     }
 
     /// Figures and page to where they were asked for.

@@ -107,6 +107,8 @@ impl<'a> Judge<'a> {
         if !config.weights.is_empty() {
             let path = Path::new(&config.weights);
             std::fs::read(path).map_err(Error::file(path))?.hash(&mut hasher);
+        } else {
+            limpid::weights::SHIPPED.hash(&mut hasher);
         }
         let settings = format!("{} {config:?} weights {:x}", env!("CARGO_PKG_VERSION"), hasher.finish());
         Ok(Self { contestants: contestants(&config), arguments, config, settings })
