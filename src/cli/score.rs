@@ -59,7 +59,8 @@ pub(crate) fn execute(arguments: &ScoreArguments) -> Result<()> {
     let no_map = || Error::Empty { reason: "no scan was mapped".into() };
     let map = report.last.ok_or_else(no_map)?;
     if map.index != arguments.scan {
-        let reason = format!("scan {} was not mapped; the last before it that was is {}", arguments.scan, map.index);
+        let reason =
+            format!("scan {} was not mapped; the last before it that was is {}", arguments.scan, map.index);
         return Err(Error::Empty { reason });
     }
     let velocities: Vec<[f64; 2]> =
@@ -87,7 +88,9 @@ fn print(velocities: &[[f64; 2]], scores: &[Score], json: bool) {
         return;
     }
     all.sort_by_key(|(_, score)| score.cost);
-    println!("cost: sum over the cells crossed, unknown ones as 255; worst: the highest known, from 253 up a collision");
+    println!(
+        "cost: sum over the cells crossed, unknown ones as 255; worst: the highest known, from 253 up a collision"
+    );
     println!(
         "{} candidates, the cheapest first\n  v m/s  omega rad/s     cost  worst  cells  unknown",
         all.len()

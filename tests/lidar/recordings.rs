@@ -51,15 +51,17 @@ fn a_goal_of_a_topic_is_taken_from_its_stamp_on_and_into_the_map() {
     let mut recorder = Recorder::new();
     recorder.transform("/tf_static", at_ms(0), ["base_link", "lidar"], [0.0, 0.0, 0.5], NO_ROTATION);
     let quarter = DQuat::from_rotation_z(FRAC_PI_2).to_array();
-    for ms in [0, 200] {
+    let place = |recorder: &mut Recorder, ms: u64| {
         recorder.transform("/tf", at_ms(ms), ["map", "odom"], [0.0, 1.0, 0.0], quarter);
         recorder.transform("/tf", at_ms(ms), ["odom", "base_link"], [0.0; 3], NO_ROTATION);
-    }
+    };
+    place(&mut recorder, 0);
     record_cloud(&mut recorder, 0, 0.0);
     let pose = Pose { position: Vector3 { x: 5.0, y: 0.0, z: 0.0 }, ..Pose::default() };
     let goal = PoseStamped { header: header(at_ms(50), "odom"), pose };
     recorder.ros("/goal", "geometry_msgs/msg/PoseStamped", at_ms(50), &goal);
     record_cloud(&mut recorder, 100, 0.0);
+    place(&mut recorder, 200);
     let saved = recorder.save();
     let config = Config { goal_topic: "/goal".into(), ..Config::default() };
     let found = frames(&saved, &config);

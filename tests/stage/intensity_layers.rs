@@ -127,7 +127,7 @@ fn points_in_a_texture_give_what_points_in_a_buffer_give() {
         let texture = run_on(&params, &ringed, texture, INTENSITY_LAYERS);
         for name in ["layer_sums", "sector_range"] {
             assert_eq!(texture.words(name), buffer.words(name));
-            assert!(texture.words(name).iter().any(|&word| word > 0));
+            assert!(count == 1 || texture.words(name).iter().any(|&word| word > 0));
         }
     }
 }
@@ -203,5 +203,5 @@ fn poison_is_left_out() {
         .input("points", &[0_u32; 8])
         .changed("layer_sums", &[0_u32; 2])
         .changed("sector_range", &[0_u32; 2])
-        .refuses_nothing(INTENSITY_LAYERS);
+        .refuses_nothing(INTENSITY_LAYERS_OF_BUFFER);
 }
