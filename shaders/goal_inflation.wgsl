@@ -8,33 +8,37 @@ struct GoalInflationParams {
 }
 
 @group(0) @binding(0) var<uniform> goal_inflation_params: GoalInflationParams;
-@group(0) @binding(1) var<storage, read> strength: array<u32>;
+@group(0) @binding(1) var<storage, read> cell_class: array<u32>;
 @group(0) @binding(2) var<storage, read> kernel_taps: array<u32>;
 @group(0) @binding(3) var<storage, read_write> inflation: array<atomic<u32>>;
 
 // Taps are two signed bytes, moved up by 128: x in bits 0-7, y in bits 8-15.
 const TAP_ZERO = 128u;
 
-@compute @workgroup_size(64)
+// Set in a cell's word beside the sum of steps, which stays below it.
+const INSCRIBED = 0x80000000u;
+
+@compute @workgroup_size(8, 8)
 fn goal_inflation(@builtin(global_invocation_id) id: vec3<u32>) {
     let side = goal_inflation_params.side;
-    if id.x >= side * side {
+    if id.x >= side || id.y >= side {
         return;
     }
-    let amount = strength[id.x];
-    let x = id.x % side;
-    let y = id.x / side;
+    let amount = cell_class[id.y * side + id.x] >> STRENGTH_SHIFT;
     let taps = select(0u, goal_inflation_params.taps, amount > 0u);
-    for (var tap = 0u; tap < taps; tap++) {
+    for (var tap = 0u; tap < 65536u; tap++) {
+        if tap >= taps {
+            break;
+        }
         let packed = kernel_taps[tap];
         // Below 0 these wrap to large numbers, which are out of the map too.
-        let to_x = x + (packed & 0xffu) - TAP_ZERO;
-        let to_y = y + ((packed >> 8u) & 0xffu) - TAP_ZERO;
+        let to_x = id.x + (packed & 0xffu) - TAP_ZERO;
+        let to_y = id.y + ((packed >> 8u) & 0xffu) - TAP_ZERO;
         if to_x < side && to_y < side {
-            let word = 2u * (to_y * side + to_x);
-            atomicAdd(&inflation[word], amount);
+            let to = to_y * side + to_x;
+            atomicAdd(&inflation[to], amount);
             if tap < goal_inflation_params.inscribed {
-                atomicOr(&inflation[word + 1u], 1u);
+                atomicOr(&inflation[to], INSCRIBED);
             }
         }
     }

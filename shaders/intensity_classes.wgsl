@@ -17,6 +17,10 @@ struct IntensityClassesParams {
     rings_per_rad: f32,             // rings per radian of elevation
     elevation_low: f32,             // radians
     elevation_high: f32,
+    shift_x: i32,                   // cells moved since the scan before
+    shift_y: i32,
+    forget: u32,                    // 1: nothing is remembered
+    pad: u32,
 }
 
 // What a layer's value is: 0 the paper's sum over the area, 1 the mean, 2 the sum over the expected number of beams.
@@ -31,9 +35,8 @@ override keep_layers: bool = true;
 @group(0) @binding(2) var<storage, read> sector_range: array<vec2<u32>>;
 @group(0) @binding(3) var<storage, read_write> remembered: array<u32>;
 @group(0) @binding(4) var<storage, read_write> cell_class: array<u32>;
-@group(0) @binding(5) var<storage, read_write> strength: array<u32>;
-@group(0) @binding(6) var<storage, read_write> obstacle_value: array<f32>;
-@group(0) @binding(7) var<storage, read_write> layer_values: array<f32>;
+@group(0) @binding(5) var<storage, read_write> obstacle_value: array<f32>;
+@group(0) @binding(6) var<storage, read_write> layer_values: array<f32>;
 
 fn height(bound: u32) -> f32 {
     return intensity_classes_params.heights[bound / 4u][bound % 4u];
@@ -80,7 +83,11 @@ fn read_layers(cell: u32, range: f32) -> Values {
     let cells = intensity_classes_params.side * intensity_classes_params.side;
     var values = Values(0.0, 0.0, 0.0, 0u);
     var plane_returns = 0u;
-    for (var layer = 0u; layer < tall + 2u; layer++) {
+    for (var layer = 0u; layer < 65536u; layer++) {
+        // Left early; a bound that is a constant needs no guard, and one this high is not unrolled.
+        if layer >= tall + 2u {
+            break;
+        }
         let sums = layer_sums[cell * (tall + 2u) + layer];
         let value = value_of(sums, layer, range);
         if keep_layers {
@@ -100,26 +107,32 @@ fn read_layers(cell: u32, range: f32) -> Values {
     return values;
 }
 
+// Whether the cell was outside of the window of the scan before, so that its slot holds another cell's past.
+fn entered(x: u32, y: u32) -> bool {
+    let before = vec2(i32(x), i32(y)) + vec2(intensity_classes_params.shift_x, intensity_classes_params.shift_y);
+    let side = vec2(i32(intensity_classes_params.side));
+    return intensity_classes_params.forget == 1u || any(before < vec2(0)) || any(before >= side);
+}
+
 // Eq. 6-7: what was remembered, joined with what the horizontal plane alone saw now.
-fn join_memory(slot: u32, seen_now: u32, cleared: bool) -> u32 {
-    let kept = u32(f32(remembered[slot]) * intensity_classes_params.keep_share);
-    let joined = max(select(kept, 0u, cleared), seen_now);
+fn join_memory(slot: u32, seen_now: u32, forgotten: bool) -> u32 {
+    let kept = min(u32(f32(remembered[slot]) * intensity_classes_params.keep_share), u32(INTENSITY_STEPS));
+    let joined = max(select(kept, 0u, forgotten), seen_now);
     remembered[slot] = joined;
     return joined;
 }
 
-@compute @workgroup_size(64)
+@compute @workgroup_size(8, 8)
 fn intensity_classes(@builtin(global_invocation_id) id: vec3<u32>) {
     let side = intensity_classes_params.side;
-    if id.x >= side * side {
+    if id.x >= side || id.y >= side {
         return;
     }
-    let x = id.x % side;
-    let y = id.x / side;
-    let centre = (vec2(f32(x), f32(y)) + 0.5) * intensity_classes_params.resolution_m - intensity_classes_params.lidar;
+    let cell = id.y * side + id.x;
+    let centre = (vec2(f32(id.x), f32(id.y)) + 0.5) * intensity_classes_params.resolution_m - intensity_classes_params.lidar;
     let range = length(centre);
-    let values = read_layers(id.x, range);
-    let sector = sector_range[sector_of(centre.x, centre.y)];
+    let values = read_layers(cell, range);
+    let sector = sector_of(centre.x, centre.y);
     let behind = u32((range + intensity_classes_params.resolution_m) * SECTOR_STEPS_PER_M);
 
     let value = max(values.tall, values.plane);
@@ -129,12 +142,15 @@ fn intensity_classes(@builtin(global_invocation_id) id: vec3<u32>) {
     let glass = decided && excess > intensity_classes_params.transparent_threshold
         && !(values.tall > intensity_classes_params.gamma);
     let seen_now = select(0u, max(steps_of(excess), 1u), glass);
-    let cleared = clearing && values.returns == 0u && sector.y > behind;
-    let slot = slot_of(x, y, intensity_classes_params.origin_slot_x, intensity_classes_params.origin_slot_y, side);
-    let glass_steps = join_memory(slot, seen_now, cleared);
+    var forgotten = entered(id.x, id.y);
+    if clearing {
+        forgotten |= values.returns == 0u && sector_range[sector].y > behind;
+    }
+    let slot = slot_of(id.x, id.y, intensity_classes_params.origin_slot_x, intensity_classes_params.origin_slot_y, side);
+    let glass_steps = join_memory(slot, seen_now, forgotten);
 
     var kind = UNKNOWN;
-    if values.returns == 0u && sector.x > behind {
+    if values.returns == 0u && sector_range[sector].x > behind {
         kind = FREE;
     }
     if decided {
@@ -146,7 +162,9 @@ fn intensity_classes(@builtin(global_invocation_id) id: vec3<u32>) {
     if solid {
         kind = SOLID;
     }
-    cell_class[id.x] = kind | (glass_steps << 8u);
-    strength[id.x] = max(glass_steps, select(0u, max(steps_of(value), 1u), solid));
-    obstacle_value[id.x] = select(0.0, value, decided);
+    let strength = max(glass_steps, select(0u, max(steps_of(value), 1u), solid));
+    cell_class[cell] = kind | (glass_steps << GLASS_SHIFT) | (strength << STRENGTH_SHIFT);
+    if keep_layers {
+        obstacle_value[cell] = select(0.0, value, decided);
+    }
 }

@@ -28,9 +28,10 @@ struct IntensityLayersParams {
 override deskewed: bool = false;
 // Whether the planes are rings; else slabs.
 override ringed: bool = true;
+// Whether returns of high intensity clear transparent cells before them.
+override clearing: bool = false;
 
 @group(0) @binding(0) var<uniform> intensity_layers_params: IntensityLayersParams;
-@group(0) @binding(1) var<storage, read> points: array<vec4<u32>>;
 @group(0) @binding(2) var<storage, read_write> layer_sums: array<atomic<u32>>;
 @group(0) @binding(3) var<storage, read_write> sector_range: array<atomic<u32>>;
 
@@ -65,15 +66,16 @@ fn in_window(first: vec4<u32>, time_s: f32) -> vec3<f32> {
 // The tall layer of a height; the number of tall layers where there is none. The last one's upper bound belongs to it.
 fn tall_layer(z: f32) -> u32 {
     let tall = intensity_layers_params.tall;
-    var found = tall;
-    for (var layer = 0u; layer < tall; layer++) {
-        let low = height(layer);
-        let high = height(layer + 1u);
-        if z >= low && (z < high || (z == high && layer + 1u == tall)) {
-            found = layer;
-        }
+    var bounds_below = vec4(0u);
+    for (var v = 0u; v < 5u; v++) {
+        bounds_below += select(vec4(0u), vec4(1u), vec4(z) >= intensity_layers_params.heights[v]);
     }
-    return found;
+    // Bounds beyond the last repeat it.
+    let below = min(bounds_below.x + bounds_below.y + bounds_below.z + bounds_below.w, tall + 1u);
+    if below == 0u || (below > tall && z > height(tall)) {
+        return tall;
+    }
+    return min(below, tall) - 1u;
 }
 
 fn add(cell: u32, layer: u32, intensity: u32) {
@@ -114,6 +116,13 @@ fn add_to_layers(at: vec3<f32>, ring: u32, intensity: u32) {
         in_plane = abs(at.z) <= intensity_layers_params.half_thickness_m;
         in_below = abs(at.z - intensity_layers_params.below_m) <= intensity_layers_params.half_thickness_m;
     }
+    if ringed {
+        // No point has two rings, so that one pair of atomics is enough.
+        if in_plane || in_below {
+            add(cell, select(tall + 1u, tall, in_plane), intensity);
+        }
+        return;
+    }
     if in_plane {
         add(cell, tall, intensity);
     }
@@ -132,8 +141,8 @@ fn intensity_layers(@builtin(global_invocation_id) id: vec3<u32>) {
     if id.x >= intensity_layers_params.points {
         return;
     }
-    let first = points[2u * id.x];
-    let second = points[2u * id.x + 1u];
+    let first = point_words(2u * id.x);
+    let second = point_words(2u * id.x + 1u);
     let time_s = bitcast<f32>(second.x);
     if !all_finite(first, time_s) {
         return;
@@ -146,7 +155,7 @@ fn intensity_layers(@builtin(global_invocation_id) id: vec3<u32>) {
     let sector = 2u * sector_of(seen.x, seen.y);
     let range = u32(clamp(reach(length(seen), at.z), 0.0, 4.0e6) * SECTOR_STEPS_PER_M);
     atomicMax(&sector_range[sector], range);
-    if intensity >= intensity_layers_params.clear_steps {
+    if clearing && intensity >= intensity_layers_params.clear_steps {
         atomicMax(&sector_range[sector + 1u], range);
     }
 }

@@ -12,7 +12,6 @@ struct PaneCellsParams {
 @group(0) @binding(0) var<uniform> pane_cells_params: PaneCellsParams;
 @group(0) @binding(1) var<storage, read> panes: Panes;
 @group(0) @binding(2) var<storage, read_write> cell_class: array<u32>;
-@group(0) @binding(3) var<storage, read_write> strength: array<u32>;
 
 // A pane that lies flatter than this is no wall: cosine of 45 degrees.
 const UPRIGHT_COS = 0.7;
@@ -41,19 +40,19 @@ fn crosses(pane: Pane, at: vec3<f32>) -> bool {
     return abs(off) <= half * (abs(n.x) + abs(n.y)) && along >= pane.extent.x - half && along <= pane.extent.y + half;
 }
 
-@compute @workgroup_size(64)
+@compute @workgroup_size(8, 8)
 fn pane_cells(@builtin(global_invocation_id) id: vec3<u32>) {
     let side = pane_cells_params.side;
-    if id.x >= side * side {
+    if id.x >= side || id.y >= side {
         return;
     }
-    let cell = vec2(f32(id.x % side), f32(id.x / side)) + 0.5;
+    let cell = vec2(f32(id.x), f32(id.y)) + 0.5;
     // z = 0 is the lidar's height.
     let at = vec3(cell * pane_cells_params.resolution_m, 0.0);
     for (var k = 0u; k < min(panes.slots, KEPT_PANES); k++) {
         if crosses(panes.list[k], at) {
-            cell_class[id.x] = TRANSPARENT | (u32(INTENSITY_STEPS) << 8u);
-            strength[id.x] = u32(INTENSITY_STEPS);
+            let steps = u32(INTENSITY_STEPS);
+            cell_class[id.y * side + id.x] = TRANSPARENT | (steps << GLASS_SHIFT) | (steps << STRENGTH_SHIFT);
         }
     }
 }

@@ -12,7 +12,7 @@ override keep_layers: bool = true;
 
 @group(0) @binding(0) var<uniform> plan_map_params: PlanMapParams;
 @group(0) @binding(1) var<storage, read> cell_class: array<u32>;
-@group(0) @binding(2) var<storage, read> inflation: array<vec2<u32>>;
+@group(0) @binding(2) var<storage, read> inflation: array<u32>;
 @group(0) @binding(3) var<storage, read> obstacle_value: array<f32>;
 @group(0) @binding(4) var<storage, read_write> plan_costs: array<u32>;
 @group(0) @binding(5) var<storage, read_write> plan_classes: array<u32>;
@@ -47,34 +47,33 @@ fn keep(cell: u32, kind: u32, steps: u32) {
     let per_step = plan_map_params.solid_value / INTENSITY_STEPS;
     let value = obstacle_value[cell];
     let solid = (kind & 0xffu) == SOLID;
-    let glass = f32(kind >> 8u) * per_step;
+    let glass = f32((kind >> GLASS_SHIFT) & GLASS_MASK) * per_step;
     cell_values[cell] = vec4(select(0.0, value, solid), select(value, 0.0, solid), glass, f32(steps) * per_step);
 }
 
-@compute @workgroup_size(64)
+@compute @workgroup_size(8, 8)
 fn plan_map(@builtin(global_invocation_id) id: vec3<u32>) {
     let quads = plan_map_params.quads;
     let side = plan_map_params.side;
-    if id.x >= side * quads {
+    if id.x >= quads || id.y >= side {
         return;
     }
-    let row = id.x / quads;
-    let first = 4u * (id.x % quads);
+    let first = 4u * id.x;
     var costs = 0u;
     var classes = 0u;
     for (var i = 0u; i < 4u; i++) {
         let column = first + i;
-        let cell = row * side + min(column, side - 1u);
+        let cell = id.y * side + min(column, side - 1u);
         let spread = inflation[cell];
-        let steps = min(spread.x, u32(INTENSITY_STEPS));
+        let steps = min(spread & 0x7fffffffu, u32(INTENSITY_STEPS));
         let kind = cell_class[cell];
-        let planned = plan_cell(kind & 0xffu, steps, spread.y > 0u);
+        let planned = plan_cell(kind & 0xffu, steps, spread > 0x7fffffffu);
         if keep_layers && column < side {
             keep(cell, kind, steps);
         }
         classes |= (planned & 0xffu) << (8u * i);
         costs |= (planned >> 8u) << (8u * i);
     }
-    plan_costs[id.x] = costs;
-    plan_classes[id.x] = classes;
+    plan_costs[id.y * quads + id.x] = costs;
+    plan_classes[id.y * quads + id.x] = classes;
 }

@@ -171,6 +171,21 @@ fn unused_and_unwritten_buffers_are_refused() {
 }
 
 #[test]
+fn what_is_zeroed_may_be_read_first_and_lives_from_the_start() {
+    let mut plan = Plan::default();
+    plan.zeroed("zeros", 64).unwrap();
+    plan.scratch("copy", 64).unwrap();
+    plan.scratch("again", 64).unwrap();
+    step(&mut plan, COPY, "zeros", "copy").unwrap();
+    step(&mut plan, COPY, "copy", "again").unwrap();
+    plan.read_back("again").unwrap();
+    plan.check().unwrap();
+    assert_eq!(plan.lifetime(plan.find("zeros").unwrap()), Some((0, 0)));
+    refused(plan.upload_texture("narrow", 24, 4), &["narrow", "no multiple of 16"]);
+    refused(plan.upload_texture("flat", 16, 0), &["flat", "has no bytes"]);
+}
+
+#[test]
 fn what_is_written_must_be_read_unless_it_is_a_product() {
     let mut wasteful = chain();
     wasteful.scratch("waste", 256).unwrap();

@@ -10,7 +10,7 @@ use limpid::gpu::{Context, Executor, Shader, ShaderSource};
 use limpid::network::{Backend, all_kernels};
 use limpid::stage::drm::Drm;
 use limpid::stage::{Job, align_color, back_project, inflate, ingest, move_window, register_color};
-use limpid::stage::{goal_inflation, intensity_classes, intensity_layers, plan_map, scan_window};
+use limpid::stage::{goal_inflation, intensity_classes, intensity_layers, plan_map};
 use limpid::stage::{see_through, spatial_median, tally, targets, trajectory_cost, update, weigh};
 use limpid::weights::Network;
 use limpid::{Error, pipeline};
@@ -40,8 +40,8 @@ const PIPELINE: [ShaderSource; 22] = [
     update::UPDATE,
     tally::TALLY,
     weigh::WEIGH,
-    scan_window::SCAN_WINDOW,
     intensity_layers::INTENSITY_LAYERS,
+    intensity_layers::INTENSITY_LAYERS_OF_BUFFER,
     intensity_classes::INTENSITY_CLASSES,
     goal_inflation::GOAL_INFLATION,
     plan_map::PLAN_MAP,

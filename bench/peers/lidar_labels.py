@@ -90,6 +90,32 @@ def rellis(data):
             print(f"| {name} | {auc:.3f} | {'>' if up else '<='} {limit:.3g} | {accuracy:.3f} | {found[0]:.3f} | {found[1]:.3f} |")
 
 
+def rellis_map(data):
+    """Shares of the map's own classes among the cells of each label, by the thresholds of testdata/config/rellis.yaml."""
+    recording = next(name for name in li.CASES if name.startswith("rellis"))
+    p = li.DEFAULT | li.CASES[recording]
+    n = round(p["size"] / p["cell"])
+    points = li.first_scan(data / recording)
+    folder = data / "rellis3d-os1-64-labelled"
+    raw = np.fromfile(folder / "000104.bin", "<f4").reshape(-1, 4)
+    hit = np.linalg.norm(raw[:, :3], axis=1) > 0.3
+    labels = (np.fromfile(folder / "000104.label", "<u4") & 0xFFFF)[hit].astype(int)
+    assert np.allclose(raw[hit, :3], np.stack([points[axis] for axis in "xyz"], 1), atol=1e-5), "the labels are not of these points"
+    kinds = li.classify(*li.layers(points, p, n), p, n)[1]
+    at = [np.floor(points[axis] / p["cell"]).astype(int) + n // 2 for axis in ("x", "y")]
+    inside = (points["z"] >= p["heights"][0]) & (points["z"] <= p["heights"][-1]) & (np.minimum(*at) >= 0) & (np.maximum(*at) < n)
+    votes = np.zeros((n * n, 40), int)
+    np.add.at(votes, ((at[1] * n + at[0])[inside], labels[inside]), 1)
+    label = np.where(votes.sum(1) > 0, votes.argmax(1), -1)
+    print(f"\n### RELLIS, the map's classes: Gamma {p['gamma']}, transparent from {p['threshold']}, {p['heights'][0]} to {p['heights'][-1]} m\n")
+    print("| class | cells | solid | passable | transparent |\n|---|---|---|---|---|")
+    for number, name in RELLIS.items():
+        of = label == number
+        if of.sum() >= 10:
+            shares = [f"{(kinds[of] == kind).mean():.3f}" for kind in (li.SOLID, li.PASSABLE, li.TRANSPARENT)]
+            print(f"| {name} | {of.sum()} | " + " | ".join(shares) + " |")
+
+
 def three_d_ref(data, limpid="target/release/limpid"):
     import subprocess, tempfile
     p = li.DEFAULT | li.CASES["3dref-hesai-qt64-dual"]
@@ -117,4 +143,5 @@ def three_d_ref(data, limpid="target/release/limpid"):
 
 if __name__ == "__main__":
     rellis(Path(sys.argv[1]))
+    rellis_map(Path(sys.argv[1]))
     three_d_ref(Path(sys.argv[1]))

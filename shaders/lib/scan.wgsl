@@ -21,6 +21,11 @@ fn sector_of(x: f32, y: f32) -> u32 {
     return min(u32(turn * f32(SECTORS) / 4.0), SECTORS - 1u);
 }
 
+// A cell's word: class in bits 0-7, steps of glass in bits 8-19, steps of what is spread around it in bits 20-31.
+const GLASS_SHIFT = 8u;
+const STRENGTH_SHIFT = 20u;
+const GLASS_MASK = 0xfffu;
+
 // Classes of cells (lidar::CellClass).
 const UNKNOWN = 0u;
 const FREE = 1u;

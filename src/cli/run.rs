@@ -29,10 +29,10 @@ pub(crate) struct RunArguments {
     /// Write pictures of costmap and reliability per frame
     #[arg(long, value_name = "DIR")]
     pub(super) png: Option<PathBuf>,
-    /// Write every buffer per frame as EXR, with frame.json
+    /// Write every buffer per frame as EXR, with frame.json; those of a lidar beside a camera go to DIR/lidar
     #[arg(long, value_name = "DIR")]
     pub(super) dump: Option<PathBuf>,
-    /// Write the last map for nav2's map_server: STEM.pgm and STEM.yaml
+    /// Write the last map for nav2's map_server: STEM.pgm and STEM.yaml (a lidar's beside a camera's: STEM-plan)
     #[arg(long, value_name = "STEM")]
     pub(super) map: Option<PathBuf>,
     /// Only the depth images, or scans, numbered A to B - 1
@@ -60,15 +60,14 @@ pub(crate) fn execute(arguments: &RunArguments) -> Result<()> {
     if lidar {
         return scans::execute(arguments, &config, None);
     }
-    let beside =
-        if arguments.sensor.is_none() && contents.lidar { arguments.output.as_deref() } else { None };
-    let shared = beside.map(|path| McapSink::create(path, &config)).transpose()?;
-    run_camera(arguments, &config, shared.clone())?;
-    if arguments.sensor.is_none() && contents.lidar {
-        scans::execute(arguments, &config, shared)
-    } else {
-        Ok(())
+    if arguments.sensor.is_some() || !contents.lidar {
+        return run_camera(arguments, &config, None);
     }
+    let shared = arguments.output.as_deref().map(|path| McapSink::create(path, &config)).transpose()?;
+    // Scans are worth having where the camera's frames could not be used, and the other way round.
+    let camera = run_camera(arguments, &config, shared.clone());
+    let scans = scans::execute(arguments, &config, Some(scans::BesideCamera { shared }));
+    camera.and(scans)
 }
 
 /// Sensors of a recording.

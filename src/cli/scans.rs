@@ -1,5 +1,7 @@
 //! `limpid run` on lidar scans.
 
+use std::path::{Path, PathBuf};
+
 use limpid::glass::{PointClass, panes_to_yaml};
 use limpid::lidar::{CellClass, ScanOptions, ScanRunReport, ScanSink, run_scans};
 use limpid::recording::PosedScans;
@@ -9,11 +11,20 @@ use limpid::{Config, Result};
 use super::run::{RunArguments, progress_bar};
 use super::save;
 
-/// Runs the scans of the input; `shared` is the output file where frames of a camera are in it already.
-pub(super) fn execute(arguments: &RunArguments, config: &Config, shared: Option<McapSink>) -> Result<()> {
+/// What the frames of a camera in the same recording were written to, before its scans.
+#[derive(Default)]
+pub(super) struct BesideCamera {
+    /// The output file, with those frames in it.
+    pub(super) shared: Option<McapSink>,
+}
+
+/// Runs the scans of the input. Beside a camera, what would take the names of its files gets others: `DIR/lidar` for the
+/// dump, `STEM-plan` for the map.
+pub(super) fn execute(arguments: &RunArguments, config: &Config, beside: Option<BesideCamera>) -> Result<()> {
+    let both = beside.is_some();
     let mut scans = PosedScans::open(&arguments.input, config)?;
     let mut sinks: Vec<Box<ScanSink>> = Vec::new();
-    if let Some(shared) = shared {
+    if let Some(shared) = beside.unwrap_or_default().shared {
         sinks.push(Box::new(ScanMcapSink::beside(shared, config)));
     } else if let Some(path) = &arguments.output {
         sinks.push(Box::new(ScanMcapSink::create(path, config)?));
@@ -22,7 +33,8 @@ pub(super) fn execute(arguments: &RunArguments, config: &Config, shared: Option<
         sinks.push(Box::new(ScanPngSink::create(folder, config)?));
     }
     if let Some(folder) = &arguments.dump {
-        sinks.push(Box::new(ScanDumpSink::create(folder, config)?));
+        let folder = if both { folder.join("lidar") } else { folder.clone() };
+        sinks.push(Box::new(ScanDumpSink::create(&folder, config)?));
     }
     let options = ScanOptions {
         adapter: arguments.common.adapter.clone(),
@@ -44,10 +56,17 @@ pub(super) fn execute(arguments: &RunArguments, config: &Config, shared: Option<
         println!("panes: {}", path.display());
     }
     if let (Some(stem), Some(last)) = (&arguments.map, &report.last) {
-        let [image, yaml] = save_plan(stem, last)?;
+        let [image, yaml] = save_plan(&if both { beside_stem(stem) } else { stem.clone() }, last)?;
         println!("map: {} and {}", image.display(), yaml.display());
     }
     Ok(())
+}
+
+/// Where the plan map goes when `stem` is the costmap's.
+fn beside_stem(stem: &Path) -> PathBuf {
+    let mut name = if stem.is_dir() { stem.join("map") } else { stem.to_owned() }.into_os_string();
+    name.push("-plan");
+    name.into()
 }
 
 fn print_report(report: &ScanRunReport) {

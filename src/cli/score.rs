@@ -15,7 +15,7 @@ pub(crate) struct ScoreArguments {
     input: PathBuf,
     #[command(flatten)]
     common: Common,
-    /// Score on the plan map after this scan
+    /// Score on the plan map after this scan, counted from 0
     #[arg(long, default_value_t = 0)]
     scan: u64,
     /// Forward velocities: LOW,HIGH,COUNT in m/s
@@ -58,6 +58,11 @@ pub(crate) fn execute(arguments: &ScoreArguments) -> Result<()> {
     let report = run_scans(&mut scans, range, &config, &options, &mut [], &mut |_| {})?;
     let no_map = || Error::Empty { reason: "no scan was mapped".into() };
     let map = report.last.ok_or_else(no_map)?;
+    if map.index != arguments.scan {
+        let reason =
+            format!("scan {} was not mapped; the last before it that was is {}", arguments.scan, map.index);
+        return Err(Error::Empty { reason });
+    }
     let velocities: Vec<[f64; 2]> =
         arguments.v.0.iter().flat_map(|&v| arguments.omega.0.iter().map(move |&omega| [v, omega])).collect();
     let fastest = arguments.v.0.iter().map(|v| v.abs()).fold(0.0, f64::max);
@@ -83,6 +88,9 @@ fn print(velocities: &[[f64; 2]], scores: &[Score], json: bool) {
         return;
     }
     all.sort_by_key(|(_, score)| score.cost);
+    println!(
+        "cost: sum over the cells crossed, unknown ones as 255; worst: the highest known, from 253 up a collision"
+    );
     println!(
         "{} candidates, the cheapest first\n  v m/s  omega rad/s     cost  worst  cells  unknown",
         all.len()

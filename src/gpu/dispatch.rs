@@ -39,7 +39,7 @@ pub(crate) struct Memory {
 
 /// Allocates all of it.
 pub(crate) fn allocate(context: &Context, plan: &Plan, layout: &Layout) -> Memory {
-    let texture = |decl: &BufferDecl| Some(allocate_texture(context, &decl.name, decl.texture?));
+    let texture = |decl: &BufferDecl| Some(allocate_texture(context, decl, decl.texture?));
     Memory {
         buffers: layout.arenas.iter().map(|arena| allocate_arena(context, arena)).collect(),
         textures: plan.buffers().iter().map(texture).collect(),
@@ -62,14 +62,15 @@ fn allocate_arena(context: &Context, arena: &Arena) -> wgpu::Buffer {
     })
 }
 
-fn allocate_texture(context: &Context, name: &str, extent: Extent) -> wgpu::Texture {
+fn allocate_texture(context: &Context, decl: &BufferDecl, extent: Extent) -> wgpu::Texture {
+    use wgpu::TextureFormat as F;
     context.device.create_texture(&wgpu::TextureDescriptor {
-        label: Some(name),
+        label: Some(&decl.name),
         size: size_of_texture(extent),
         mip_level_count: 1,
         sample_count: 1,
         dimension: wgpu::TextureDimension::D2,
-        format: wgpu::TextureFormat::Rgba32Float,
+        format: if decl.whole { F::Rgba32Uint } else { F::Rgba32Float },
         usage: wgpu::TextureUsages::STORAGE_BINDING | wgpu::TextureUsages::COPY_DST,
         view_formats: &[],
     })

@@ -14,6 +14,7 @@ use crate::gpu::plan::{BufferId, Plan, Role};
 use crate::gpu::readback::{Landing, Readback, landings};
 use crate::gpu::ring::Slot;
 use crate::gpu::timing::Timing;
+use crate::gpu::upload::TextureUpload;
 
 /// Frames that may be under way at once, so that upload, compute and readback overlap.
 pub const FRAMES_IN_FLIGHT: usize = 3;
@@ -38,6 +39,7 @@ pub struct Executor {
     landings: Vec<Landing>,
     timing: Option<Timing>,
     host_arena: Option<usize>,
+    pub(crate) texture_uploads: Vec<TextureUpload>,
     next_slot: usize,
     in_flight: VecDeque<InFlight>,
 }
@@ -64,8 +66,9 @@ impl Executor {
         let (landings, landing_bytes) = landings(&plan, timing.as_ref());
         let host_arena = layout.arenas.iter().position(|a| a.kind == Kind::Host);
         let host_bytes = host_arena.map_or(4, |a| layout.arenas[a].bytes);
+        let (texture_uploads, staging_bytes) = TextureUpload::all(&plan, host_bytes);
         let mut executor = Self {
-            staging: (0..FRAMES_IN_FLIGHT).map(|_| Slot::staging(context, host_bytes)).collect(),
+            staging: (0..FRAMES_IN_FLIGHT).map(|_| Slot::staging(context, staging_bytes)).collect(),
             landing: (0..FRAMES_IN_FLIGHT).map(|_| Slot::landing(context, landing_bytes)).collect(),
             context: context.clone(),
             plan,
@@ -75,6 +78,7 @@ impl Executor {
             landings,
             timing,
             host_arena,
+            texture_uploads,
             next_slot: 0,
             in_flight: VecDeque::new(),
         };
@@ -230,7 +234,14 @@ impl Executor {
     fn encode(&self, slot: usize) -> wgpu::CommandBuffer {
         let mut encoder = self.context.device.create_command_encoder(&Default::default());
         if let Some(host) = self.host_arena {
-            encoder.copy_buffer_to_buffer(&self.staging[slot].buffer, 0, &self.memory.buffers[host], 0, None);
+            let (staging, bytes) = (&self.staging[slot].buffer, self.layout.arenas[host].bytes);
+            encoder.copy_buffer_to_buffer(staging, 0, &self.memory.buffers[host], 0, Some(bytes));
+        }
+        for upload in &self.texture_uploads {
+            upload.encode(&mut encoder, &self.staging[slot].buffer, &self.memory);
+        }
+        for (buffer, place) in self.plan.buffers().iter().zip(&self.layout.places).filter(|(b, _)| b.zeroed) {
+            encoder.clear_buffer(&self.memory.buffers[place.arena], place.offset, Some(buffer.bytes));
         }
         match &self.timing {
             None => self.encode_together(&mut encoder),
@@ -303,6 +314,7 @@ impl Executor {
         for dispatch in &mut self.dispatches {
             dispatch.workgroups = dispatch.planned;
         }
+        self.texture_uploads.iter_mut().for_each(TextureUpload::reset);
         let index = self.context.queue.submit([commands]);
         self.staging[slot].request_map();
         self.landing[slot].request_map();

@@ -22,7 +22,7 @@ impl FrameInput<'_> {
         self.write(name, bytes_of(params))
     }
 
-    /// Writes the first `data.len()` bytes of an upload buffer.
+    /// Writes the first `data.len()` bytes of an upload buffer or texture.
     ///
     /// # Errors
     /// [`Error::Input`] where the buffer is not written by the host or is smaller.
@@ -34,7 +34,12 @@ impl FrameInput<'_> {
             let reason = format!("{} bytes do not fit an upload of {}", data.len(), buffer.bytes);
             return Err(Error::Input { what: buffer.name.clone(), reason });
         }
-        let start = usize::try_from(self.executor.layout.places[id.0].offset).unwrap_or(usize::MAX);
+        let texture = self.executor.texture_uploads.iter_mut().find(|upload| upload.id == id);
+        let start = texture.map_or(self.executor.layout.places[id.0].offset, |upload| {
+            upload.filled(data.len());
+            upload.offset
+        });
+        let start = usize::try_from(start).unwrap_or(usize::MAX);
         self.view.slice(start..start + data.len()).copy_from_slice(data);
         Ok(())
     }

@@ -78,6 +78,7 @@ fn changes(function: &Function, block: &Block, counter: Handle<LocalVariable>) -
         | Statement::Break
         | Statement::Continue
         | Statement::Kill
+        | Statement::Atomic { .. }
         | Statement::ImageStore { .. }
         | Statement::Return { .. } => false,
         Statement::Block(inner) => changes(function, inner, counter),

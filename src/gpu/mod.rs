@@ -13,6 +13,7 @@ mod readback;
 mod ring;
 pub mod shader;
 mod timing;
+mod upload;
 
 pub use context::{AdapterReport, Chosen, Context, Requirements, adapters};
 pub use frame::Executor;

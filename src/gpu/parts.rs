@@ -21,7 +21,7 @@ pub enum Role {
     Scratch,
 }
 
-/// Texels of a two-dimensional texture array, four floats each.
+/// Texels of a two-dimensional texture array, four 32-bit values each.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Extent {
     /// Texels along x.
@@ -48,12 +48,16 @@ pub struct BufferDecl {
     pub bytes: u64,
     /// Set where it is a texture and no buffer.
     pub texture: Option<Extent>,
+    /// Whether a texture's texels are whole numbers (rgba32uint), else floats (rgba32float).
+    pub whole: bool,
     /// Origin and lifetime.
     pub role: Role,
     /// Whether the host reads it back after every frame.
     pub read_back: bool,
     /// Whether it is a result that the host may leave unread.
     pub product: bool,
+    /// Whether every frame begins with it filled with zeros.
+    pub zeroed: bool,
 }
 
 /// How many invocations a step needs along x, y and z.

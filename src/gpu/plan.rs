@@ -63,6 +63,16 @@ impl Plan {
         self.declare(name, bytes, Role::Scratch)
     }
 
+    /// Declares a buffer that lives within a frame and holds zeros at its start.
+    ///
+    /// # Errors
+    /// [`Error::Plan`] where the name is taken or the size is 0.
+    pub fn zeroed(&mut self, name: &str, bytes: u64) -> Result<BufferId> {
+        let id = self.scratch(name, bytes)?;
+        self.buffers[id.0].zeroed = true;
+        Ok(id)
+    }
+
     /// Declares a result of the frame, which lives within it and which the host may or may not read back.
     ///
     /// # Errors
@@ -80,6 +90,21 @@ impl Plan {
     pub fn texture(&mut self, name: &str, extent: Extent) -> Result<BufferId> {
         let id = self.declare(name, extent.bytes(), Role::Scratch)?;
         self.buffers[id.0].texture = Some(extent);
+        Ok(id)
+    }
+
+    /// Declares a texture of whole numbers (rgba32uint, one layer) that the host fills before every frame, row by row.
+    ///
+    /// # Errors
+    /// [`Error::Plan`] where the name is taken, an extent is 0, or rows are no multiple of 16 texels, as copies want them.
+    pub fn upload_texture(&mut self, name: &str, width: u32, height: u32) -> Result<BufferId> {
+        if !width.is_multiple_of(16) {
+            return Err(plan_error(name, &format!("has rows of {width} texels, no multiple of 16")));
+        }
+        let extent = Extent { width, height, layers: 1 };
+        let id = self.declare(name, extent.bytes(), Role::Upload)?;
+        self.buffers[id.0].texture = Some(extent);
+        self.buffers[id.0].whole = true;
         Ok(id)
     }
 
@@ -108,9 +133,11 @@ impl Plan {
             name: name.into(),
             bytes,
             texture: None,
+            whole: false,
             role,
             read_back: false,
             product: false,
+            zeroed: false,
         });
         Ok(BufferId(self.buffers.len() - 1))
     }
@@ -199,6 +226,9 @@ impl Plan {
             let [is, declared] = [kind(binding.texture), kind(buffer.texture.is_some())];
             return bad(format!("is a {is} in WGSL, `{}` a {declared} of the plan", buffer.name));
         }
+        if binding.whole != buffer.whole {
+            return bad(format!("and texture `{}` disagree on texels being whole numbers", buffer.name));
+        }
         if buffer.bytes < binding.min_bytes {
             return bad(format!(
                 "needs {} bytes, buffer `{}` has {}",
@@ -217,7 +247,8 @@ impl Plan {
     /// # Errors
     /// [`Error::Plan`] that names pass and buffer.
     pub fn check(&self) -> Result<()> {
-        let mut written: Vec<bool> = self.buffers.iter().map(|b| b.role != Role::Scratch).collect();
+        let mut written: Vec<bool> =
+            self.buffers.iter().map(|b| b.role != Role::Scratch || b.zeroed).collect();
         let mut used = vec![false; self.buffers.len()];
         for step in &self.steps {
             self.check_aliases(step)?;
@@ -265,14 +296,15 @@ impl Plan {
         Ok(())
     }
 
-    /// First and last step that uses the buffer; the last is the number of steps where it is read back.
+    /// First and last step that uses the buffer; the first is 0 where the frame begins with it zeroed, the last the number
+    /// of steps where it is read back.
     pub fn lifetime(&self, id: BufferId) -> Option<(usize, usize)> {
         let mut uses =
             self.steps.iter().enumerate().filter(|(_, step)| step.buffers.contains(&id)).map(|(i, _)| i);
         let first = uses.next()?;
         let last =
             if self.buffers[id.0].read_back { self.steps.len() } else { uses.next_back().unwrap_or(first) };
-        Some((first, last))
+        Some((if self.buffers[id.0].zeroed { 0 } else { first }, last))
     }
 
     /// What a device must offer to run this plan.

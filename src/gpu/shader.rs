@@ -74,6 +74,8 @@ pub struct Binding {
     pub type_name: String,
     /// Whether it is a storage texture.
     pub texture: bool,
+    /// Whether its texels are whole numbers.
+    pub whole: bool,
 }
 
 /// A parsed and validated pass.
@@ -200,12 +202,13 @@ fn binding(
     };
     Ok(Binding {
         access: access(var.space, &ty.inner, usage).ok_or_else(|| {
-            format!("`{name}` is neither a buffer nor a storage texture array of rgba32float")
+            format!("`{name}` is neither a buffer nor a storage texture array of rgba32float or rgba32uint")
         })?,
         slot: at.binding,
         min_bytes: u64::from(ty.inner.size(module.to_ctx())),
         type_name: if fields.is_empty() { String::new() } else { ty.name.clone().unwrap_or_default() },
         texture: matches!(ty.inner, naga::TypeInner::Image { .. }),
+        whole: texture_of(&ty.inner).is_some_and(|(format, _)| format == naga::StorageFormat::Rgba32Uint),
         fields,
         name,
     })
@@ -224,13 +227,19 @@ fn access(space: naga::AddressSpace, ty: &naga::TypeInner, usage: GlobalUse) -> 
     }
 }
 
-fn texture_access(ty: &naga::TypeInner) -> Option<Access> {
-    use naga::{ImageClass, ImageDimension, StorageAccess, StorageFormat, TypeInner};
+/// Format and access of a storage texture array of a supported format.
+fn texture_of(ty: &naga::TypeInner) -> Option<(naga::StorageFormat, naga::StorageAccess)> {
+    use naga::{ImageClass, ImageDimension, StorageFormat, TypeInner};
     let TypeInner::Image { dim: ImageDimension::D2, arrayed: true, class } = ty else { return None };
-    let ImageClass::Storage { format: StorageFormat::Rgba32Float, access } = class else { return None };
-    match *access {
-        StorageAccess::LOAD => Some(Access::Read),
-        StorageAccess::STORE => Some(Access::Write),
+    let ImageClass::Storage { format, access } = class else { return None };
+    let supported = matches!(format, StorageFormat::Rgba32Float | StorageFormat::Rgba32Uint);
+    supported.then_some((*format, *access))
+}
+
+fn texture_access(ty: &naga::TypeInner) -> Option<Access> {
+    match texture_of(ty)?.1 {
+        naga::StorageAccess::LOAD => Some(Access::Read),
+        naga::StorageAccess::STORE => Some(Access::Write),
         _ => None,
     }
 }

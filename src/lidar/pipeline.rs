@@ -13,9 +13,8 @@ use crate::gpu::{Chosen, Executor, Plan};
 use crate::receive::seconds_between;
 use crate::recording::points::Scan;
 use crate::stage::glass::Glass;
-use crate::stage::{
-    Window, goal_inflation, intensity_classes, intensity_layers, pane_cells, plan_map, scan_window,
-};
+use crate::stage::intensity_layers::POINT_ROW;
+use crate::stage::{Window, goal_inflation, intensity_classes, intensity_layers, pane_cells, plan_map};
 
 /// Points that a pipeline is built for at least, and in steps of which it grows.
 const CAPACITY_STEP: usize = 1 << 14;
@@ -29,7 +28,6 @@ pub fn stages(job: &ScanJob) -> Vec<Box<dyn ScanStage>> {
     if let Some(glass) = &job.glass {
         stages.push(Box::new(glass.clone()));
     }
-    stages.push(Box::new(scan_window::ScanWindow));
     stages.push(Box::new(intensity_layers::IntensityLayers));
     stages.push(Box::new(intensity_classes::IntensityClasses));
     if job.glass.is_some() {
@@ -46,7 +44,10 @@ pub fn stages(job: &ScanJob) -> Vec<Box<dyn ScanStage>> {
 /// [`crate::Error::Plan`] or [`crate::Error::Shader`] where a stage contradicts its shader or its neighbours.
 pub fn plan(job: &ScanJob, stages: &[Box<dyn ScanStage>]) -> Result<Plan> {
     let mut plan = Plan::default();
-    plan.upload("points", u64::from(job.capacity) * POINT_BYTES)?;
+    match job.glass {
+        Some(_) => plan.upload("points", u64::from(job.capacity) * POINT_BYTES)?,
+        None => plan.upload_texture("points", POINT_ROW, (2 * job.capacity).div_ceil(POINT_ROW))?,
+    };
     for stage in stages {
         stage.append(&mut plan, job)?;
     }

@@ -8,8 +8,10 @@ use crate::gpu::{FrameInput, Invocations, Plan, ShaderSource};
 use crate::lidar::{ScanJob, ScanMoment, ScanStage};
 
 /// The pass.
-pub const GOAL_INFLATION: ShaderSource =
-    ShaderSource { name: "goal_inflation", parts: &[include_str!("../../shaders/goal_inflation.wgsl")] };
+pub const GOAL_INFLATION: ShaderSource = ShaderSource {
+    name: "goal_inflation",
+    parts: &[include_str!("../../shaders/lib/scan.wgsl"), include_str!("../../shaders/goal_inflation.wgsl")],
+};
 
 /// What a coordinate of a tap is moved up by, as in the shader.
 const TAP_ZERO: i32 = 128;
@@ -96,8 +98,9 @@ impl ScanStage for GoalInflation {
     fn append(&self, plan: &mut Plan, job: &ScanJob) -> Result<()> {
         let edge = u64::from(2 * reach_cells(&job.config).unsigned_abs() + 1);
         plan.uniform::<GoalInflationParams>("goal_inflation_params")?;
+        plan.zeroed("inflation", job.grid_bytes(4))?;
         plan.upload("kernel_taps", 4 * edge * edge)?;
-        plan.step(GOAL_INFLATION, Invocations::line(job.cells()), &[])
+        plan.step(GOAL_INFLATION, Invocations::area(job.side(), job.side()), &[])
     }
 
     fn write(&self, moment: &ScanMoment<'_>, input: &mut FrameInput<'_>) -> Result<()> {

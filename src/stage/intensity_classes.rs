@@ -54,6 +54,14 @@ crate::params! {
         pub elevation_low: f32,
         /// Elevation of the highest ring, radians.
         pub elevation_high: f32,
+        /// Cells that the window moved along x since the scan before.
+        pub shift_x: i32,
+        /// Cells that it moved along y.
+        pub shift_y: i32,
+        /// 1: nothing is remembered.
+        pub forget: u32,
+        /// Unused.
+        pub pad: u32,
     }
 }
 
@@ -69,6 +77,7 @@ pub fn solid_value(job: &ScanJob) -> f64 {
 pub fn params(moment: &ScanMoment<'_>) -> IntensityClassesParams {
     let (job, config) = (moment.job, &moment.job.config);
     let [origin_slot_x, origin_slot_y] = moment.window.origin_slot(job.side());
+    let [shift_x, shift_y] = moment.window.shift;
     let keep_share = match moment.since_last_s {
         Some(dt_s) if config.transparent_decay_s > 0.0 => (-dt_s / config.transparent_decay_s).exp(),
         _ => 1.0,
@@ -92,6 +101,10 @@ pub fn params(moment: &ScanMoment<'_>) -> IntensityClassesParams {
         rings_per_rad: per_rad(config.elevation_step_deg),
         elevation_low: low,
         elevation_high: high,
+        shift_x,
+        shift_y,
+        forget: u32::from(moment.window.forget),
+        pad: 0,
     }
 }
 
@@ -103,10 +116,10 @@ impl ScanStage for IntensityClasses {
     fn append(&self, plan: &mut Plan, job: &ScanJob) -> Result<()> {
         plan.uniform::<IntensityClassesParams>("intensity_classes_params")?;
         plan.scratch("cell_class", job.grid_bytes(4))?;
-        plan.scratch("strength", job.grid_bytes(4))?;
-        plan.scratch("obstacle_value", job.grid_bytes(4))?;
+        plan.product("obstacle_value", job.grid_bytes(4))?;
+        plan.state("remembered", job.grid_bytes(4))?;
         plan.product("layer_values", job.grid_bytes(4 * u64::from(job.layer_count())))?;
-        plan.step(INTENSITY_CLASSES, Invocations::line(job.cells()), &[])?;
+        plan.step(INTENSITY_CLASSES, Invocations::area(job.side(), job.side()), &[])?;
         let measure = match job.config.layer_measure {
             LayerMeasure::Sum => 0_u32,
             LayerMeasure::Mean => 1,

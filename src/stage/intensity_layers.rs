@@ -9,15 +9,33 @@ use crate::lidar::{ScanJob, ScanMoment, ScanStage};
 use crate::recording::points::Point;
 use crate::stage::{rows, single};
 
-/// The pass.
+/// The pass over points as the host uploads them, in a texture.
 pub const INTENSITY_LAYERS: ShaderSource = ShaderSource {
     name: "intensity_layers",
     parts: &[
         include_str!("../../shaders/lib/numbers.wgsl"),
         include_str!("../../shaders/lib/scan.wgsl"),
+        include_str!("../../shaders/lib/points/texture.wgsl"),
         include_str!("../../shaders/intensity_layers.wgsl"),
     ],
 };
+
+/// The pass over points that another pass left in a buffer.
+pub const INTENSITY_LAYERS_OF_BUFFER: ShaderSource = ShaderSource {
+    name: "intensity_layers",
+    parts: &[
+        include_str!("../../shaders/lib/numbers.wgsl"),
+        include_str!("../../shaders/lib/scan.wgsl"),
+        include_str!("../../shaders/lib/points/buffer.wgsl"),
+        include_str!("../../shaders/intensity_layers.wgsl"),
+    ],
+};
+
+/// Texels of a row of the points' texture, two to a point, as in `shaders/lib/points/texture.wgsl`.
+pub const POINT_ROW: u32 = 1024;
+
+/// Sectors around the lidar, as in `shaders/lib/scan.wgsl`.
+pub const SECTORS: u32 = 720;
 
 /// Fixed-point one of intensities, as in `shaders/lib/scan.wgsl`.
 pub const INTENSITY_STEPS: u32 = 4080;
@@ -124,9 +142,15 @@ pub struct IntensityLayers;
 impl ScanStage for IntensityLayers {
     fn append(&self, plan: &mut Plan, job: &ScanJob) -> Result<()> {
         plan.uniform::<IntensityLayersParams>("intensity_layers_params")?;
-        let points = if job.glass.is_some() { "clean_points" } else { "points" };
-        plan.step(INTENSITY_LAYERS, Invocations::line(job.capacity), &[("points", points)])?;
-        plan.with(&[("deskewed", job.deskew), ("ringed", job.plane_rings.is_some())])
+        plan.zeroed("layer_sums", job.grid_bytes(8 * u64::from(job.layer_count())))?;
+        plan.zeroed("sector_range", 8 * u64::from(SECTORS))?;
+        let count = Invocations::line(job.capacity);
+        match job.glass {
+            Some(_) => plan.step(INTENSITY_LAYERS_OF_BUFFER, count, &[("points", "clean_points")])?,
+            None => plan.step(INTENSITY_LAYERS, count, &[])?,
+        }
+        let clearing = job.config.transparent_clear > 0.0;
+        plan.with(&[("deskewed", job.deskew), ("ringed", job.plane_rings.is_some()), ("clearing", clearing)])
     }
 
     fn write(&self, moment: &ScanMoment<'_>, input: &mut FrameInput<'_>) -> Result<()> {

@@ -14,7 +14,6 @@ pub mod move_window;
 pub mod pane_cells;
 pub mod plan_map;
 pub mod register_color;
-pub mod scan_window;
 pub mod see_through;
 pub mod spatial_median;
 pub mod tally;

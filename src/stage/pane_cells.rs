@@ -44,7 +44,7 @@ pub struct PaneCells;
 impl ScanStage for PaneCells {
     fn append(&self, plan: &mut Plan, job: &ScanJob) -> Result<()> {
         plan.uniform::<PaneCellsParams>("pane_cells_params")?;
-        plan.step(PANE_CELLS, Invocations::line(job.cells()), &[])
+        plan.step(PANE_CELLS, Invocations::area(job.side(), job.side()), &[])
     }
 
     fn write(&self, moment: &ScanMoment<'_>, input: &mut FrameInput<'_>) -> Result<()> {

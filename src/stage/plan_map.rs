@@ -37,7 +37,7 @@ impl ScanStage for PlanMap {
         plan.scratch("plan_costs", u64::from(side * quads) * 4)?;
         plan.scratch("plan_classes", u64::from(side * quads) * 4)?;
         plan.product("cell_values", job.grid_bytes(16))?;
-        plan.step(PLAN_MAP, Invocations::line(side * quads), &[])?;
+        plan.step(PLAN_MAP, Invocations::area(quads, side), &[])?;
         plan.with(&[("keep_layers", job.layers)])
     }
 

@@ -96,6 +96,8 @@ fn score_lists_candidates_with_the_cheapest_first() {
         "straight on it meets the post: {text}"
     );
     assert!(!limpid(&["score", &input, "--v", "fast"]).0);
+    let (done, text) = limpid(&["score", &input, "--scan", "7"]);
+    assert!(!done && text.contains("scan 7 was not mapped; the last before it that was is 1"), "{text}");
 }
 
 #[test]

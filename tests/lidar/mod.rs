@@ -6,4 +6,5 @@ mod glass;
 mod numpy;
 mod plan;
 mod poses;
+mod recordings;
 mod score;

@@ -11,7 +11,7 @@ mod points;
 mod poses;
 mod real;
 mod ros1;
-mod synthetic;
+pub(crate) mod synthetic;
 mod tum;
 
 use limpid::Config;

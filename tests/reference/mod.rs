@@ -18,5 +18,6 @@ pub(crate) mod sim;
 pub(crate) mod spatial_median;
 pub(crate) mod tally;
 pub(crate) mod targets;
+pub(crate) mod trajectory_cost;
 pub(crate) mod update;
 pub(crate) mod weigh;

@@ -27,11 +27,11 @@ fn spread(config: &Config, theta: f64, side: usize, strength: &[u32]) -> Vec<u32
     let params = GoalInflationParams { side: side as u32, taps, inscribed, pad: 0 };
     let out = Fragment::new()
         .params("goal_inflation_params", &params)
-        .input("strength", strength)
+        .input("cell_class", &strength.iter().map(|steps| steps << 20 | 0xf_ff02).collect::<Vec<_>>())
         .input("kernel_taps", &kernel.packed())
-        .changed("inflation", &vec![0_u32; 2 * side * side])
-        .run(GOAL_INFLATION, Invocations::line((side * side) as u32));
-    out.words("inflation").to_vec()
+        .changed("inflation", &vec![0_u32; side * side])
+        .run(GOAL_INFLATION, Invocations::area(side as u32, side as u32));
+    out.words("inflation").iter().flat_map(|word| [word & (u32::MAX >> 1), word >> 31]).collect()
 }
 
 #[test]
@@ -73,9 +73,9 @@ fn edge_sizes() {
     }
     Fragment::new()
         .params("goal_inflation_params", &GoalInflationParams { side: 1, taps: 0, inscribed: 0, pad: 0 })
-        .input("strength", &[0_u32])
+        .input("cell_class", &[0_u32])
         .input("kernel_taps", &[0_u32])
-        .changed("inflation", &[0_u32; 2])
+        .changed("inflation", &[0_u32])
         .refuses_nothing(GOAL_INFLATION);
 }
 

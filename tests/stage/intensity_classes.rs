@@ -33,6 +33,10 @@ fn params(side: usize) -> IntensityClassesParams {
         rings_per_rad: 28.6,
         elevation_low: -0.26,
         elevation_high: 0.26,
+        shift_x: 0,
+        shift_y: 0,
+        forget: 0,
+        pad: 0,
     }
 }
 
@@ -52,11 +56,10 @@ fn run(
         .input("sector_range", &vec![(reach_m * 1024.0) as u32; 2 * SECTORS])
         .changed("remembered", remembered)
         .output("cell_class", cells)
-        .output("strength", cells)
         .output("obstacle_value", cells)
         .output("layer_values", 4 * cells)
         .constants(constants)
-        .run(INTENSITY_CLASSES, Invocations::line(params.side * params.side))
+        .run(INTENSITY_CLASSES, Invocations::area(params.side, params.side))
 }
 
 fn compare_with_twin(side: usize, seed: u64) {
@@ -85,7 +88,10 @@ fn compare_with_twin(side: usize, seed: u64) {
     let column = |at: usize| want.iter().map(|cell| cell[at]).collect::<Vec<_>>();
     let classes: Vec<u32> = out.words("cell_class").iter().map(|word| word & 0xff).collect();
     assert_close("class", &classes, &column(0), EXACT);
-    assert_close("strength", out.words("strength"), &column(1), STEP);
+    let strength: Vec<u32> = out.words("cell_class").iter().map(|word| word >> 20).collect();
+    assert_close("strength", &strength, &column(1), STEP);
+    let glass: Vec<u32> = out.words("cell_class").iter().map(|word| word >> 8 & 0xfff).collect();
+    assert_close("glass", &glass, &column(2), STEP);
     assert_close("remembered", out.words("remembered"), &column(2), STEP);
     if side > 8 {
         assert!(
@@ -131,6 +137,29 @@ fn truth_free_unknown_undecided_glass_and_clearing() {
     let decayed = IntensityClassesParams { keep_share: 0.5, ..params(1) };
     let faded = run(&decayed, &[[NONE; 4]], 5.0, &[900], &[]);
     assert_eq!(faded.words("remembered")[0], 450);
+}
+
+#[test]
+fn truth_cells_that_enter_the_window_have_no_past() {
+    if skipped() {
+        return;
+    }
+    // Nine cells that all remember glass; the window moves by one cell along x, and by one back along y.
+    let moved =
+        IntensityClassesParams { shift_x: 1, shift_y: -1, origin_slot_x: 1, origin_slot_y: 2, ..params(3) };
+    let out = run(&moved, &[[NONE; 4]; 9], 5.0, &[900; 9], &[]);
+    let glass: Vec<bool> = out.words("cell_class").iter().map(|word| word & 0xff == 4).collect();
+    let (kept, new) = (true, false);
+    assert_eq!(glass, [new, new, new, kept, kept, new, kept, kept, new]);
+    // Window row 0 lies in the slots of row 2, column 2 in those of column 0.
+    assert_eq!(out.words("remembered"), [0, 900, 900, 0, 900, 900, 0, 0, 0]);
+    let forgotten =
+        run(&IntensityClassesParams { forget: 1, ..params(3) }, &[[NONE; 4]; 9], 5.0, &[900; 9], &[]);
+    assert!(forgotten.words("remembered").iter().all(|&steps| steps == 0));
+    let still = run(&params(3), &[[NONE; 4]; 9], 5.0, &[900; 9], &[]);
+    assert!(still.words("remembered").iter().all(|&steps| steps == 900));
+    let far = IntensityClassesParams { shift_x: i32::MIN, shift_y: i32::MAX, ..params(3) };
+    assert!(run(&far, &[[NONE; 4]; 9], 5.0, &[900; 9], &[]).words("remembered").iter().all(|&s| s == 0));
 }
 
 #[test]

@@ -1,9 +1,11 @@
 //! Points into layers.
 
 use glam::{Vec2, Vec4};
-use limpid::gpu::Invocations;
+use limpid::gpu::{Invocations, ShaderSource};
 use limpid::recording::points::Point;
-use limpid::stage::intensity_layers::{INTENSITY_LAYERS, IntensityLayersParams};
+use limpid::stage::intensity_layers::{
+    INTENSITY_LAYERS, INTENSITY_LAYERS_OF_BUFFER, IntensityLayersParams, POINT_ROW,
+};
 
 use crate::reference::intensity_layers::{Layer, layer_sums};
 use crate::support::compare::{EXACT, assert_close, compare};
@@ -49,13 +51,21 @@ fn params(points: usize) -> IntensityLayersParams {
 fn run(params: &IntensityLayersParams, points: &[Point], constants: &[(&'static str, bool)]) -> Outputs {
     let bytes: Vec<u32> =
         bytemuck::cast_slice::<Point, u8>(points).chunks_exact(4).map(bytemuck::pod_read_unaligned).collect();
-    Fragment::new()
+    run_on(params, constants, Fragment::new().input("points", &bytes), INTENSITY_LAYERS_OF_BUFFER)
+}
+
+fn run_on(
+    params: &IntensityLayersParams,
+    constants: &[(&'static str, bool)],
+    points: Fragment,
+    pass: ShaderSource,
+) -> Outputs {
+    points
         .params("intensity_layers_params", params)
-        .input("points", &bytes)
         .changed("layer_sums", &vec![0_u32; SIDE * SIDE * 5 * 2])
         .changed("sector_range", &[0_u32; SECTORS * 2])
         .constants(constants)
-        .run(INTENSITY_LAYERS, Invocations::line(params.points))
+        .run(pass, Invocations::line(params.points))
 }
 
 /// Points on a lattice that avoids the borders of cells and layers, some of them outside of the map.
@@ -99,6 +109,26 @@ fn twin_at_edge_sizes() {
     let mut random = Random(5);
     for count in [1, 63, 64, 65, 700] {
         compare_with_twin(&random_points(&mut random, count));
+    }
+}
+
+#[test]
+fn points_in_a_texture_give_what_points_in_a_buffer_give() {
+    if skipped() {
+        return;
+    }
+    // One row of texels holds 512 points.
+    for count in [1, 511, 512, 513] {
+        let points = random_points(&mut Random(count), count as usize);
+        let (params, ringed) = (params(points.len()), [("ringed", true), ("clearing", true)]);
+        let buffer = run(&params, &points, &ringed);
+        let height = (2 * params.points).div_ceil(POINT_ROW);
+        let texture = Fragment::new().texture("points", [POINT_ROW, height], bytemuck::cast_slice(&points));
+        let texture = run_on(&params, &ringed, texture, INTENSITY_LAYERS);
+        for name in ["layer_sums", "sector_range"] {
+            assert_eq!(texture.words(name), buffer.words(name));
+            assert!(count == 1 || texture.words(name).iter().any(|&word| word > 0));
+        }
     }
 }
 
@@ -173,5 +203,5 @@ fn poison_is_left_out() {
         .input("points", &[0_u32; 8])
         .changed("layer_sums", &[0_u32; 2])
         .changed("sector_range", &[0_u32; 2])
-        .refuses_nothing(INTENSITY_LAYERS);
+        .refuses_nothing(INTENSITY_LAYERS_OF_BUFFER);
 }

@@ -16,6 +16,7 @@ mod see_through;
 mod spatial_median;
 mod tally;
 mod targets;
+mod trajectory_cost;
 mod update;
 mod view;
 mod weigh;

@@ -89,6 +89,13 @@ impl Fragment {
         self
     }
 
+    /// A texture of whole numbers that the pass reads; `data` fills it from its first row on.
+    pub(crate) fn texture(mut self, name: &str, [width, height]: [u32; 2], data: &[u8]) -> Self {
+        self.plan.upload_texture(name, width, height).unwrap();
+        self.inputs.push((name.into(), data.to_vec()));
+        self
+    }
+
     /// A buffer that the pass changes, with what it holds before.
     pub(crate) fn changed<T: Pod>(mut self, name: &str, before: &[T]) -> Self {
         let mut words: Vec<u32> =

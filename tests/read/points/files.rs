@@ -217,6 +217,20 @@ fn what_is_written_is_read_back() {
 }
 
 #[test]
+fn points_without_rings_are_written_and_read_back() {
+    let (scans, _) = decode(&turning(80, VLP16), None);
+    let mut scan = scans[0].clone();
+    (scan.columns.ring, scan.columns.column) = (false, false);
+    scan.points.iter_mut().for_each(|point| (point.ring, point.column) = (Point::UNKNOWN, Point::UNKNOWN));
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("000000.ply");
+    save_scan(&path, &scan).unwrap();
+    let (found, _) = read_all(&path, &Options::default()).unwrap();
+    assert!(found[0].points == scan.points && !found[0].points.is_empty());
+    assert!(!found[0].columns.ring && found[0].dropped.reasons().next().is_none());
+}
+
+#[test]
 fn a_folder_is_read_in_order_of_names() {
     let folder = tempfile::tempdir().unwrap();
     let file = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
