@@ -34,14 +34,16 @@ fn label(class: PointClass) -> u32 {
     }
 }
 
+/// Files are stamped by their names.
+const NAMES: [&str; 2] = ["1700000000.000000.ply", "1700000000.100000.ply"];
+
 /// Two scans of the analytic room in a folder, 0.1 s apart; `labelled`: with their true classes.
 fn write_scans(folder: &Path, labelled: bool) {
-    for number in 0..2_u64 {
+    for number in 0..2 {
         let (mut scan, truth) = GlassRoom { yaw: 0.0, ..GlassRoom::default() }.scan();
-        scan.stamp_ns = 1_000_000_000 + 100_000_000 * number;
         scan.columns.label = labelled;
         scan.points.iter_mut().zip(&truth).for_each(|(point, truth)| point.label = label(truth.class));
-        save_scan(&folder.join(format!("{number}.ply")), &scan).unwrap();
+        save_scan(&folder.join(NAMES[number]), &scan).unwrap();
     }
 }
 
@@ -53,7 +55,7 @@ fn a_folder_of_labelled_scans_gives_a_table_and_figures() {
     let folder = tempfile::tempdir().unwrap();
     write_scans(folder.path(), true);
     let [json, poses] = ["scores.json", "poses.txt"].map(|name| folder.path().join(name));
-    std::fs::write(&poses, "1.0 0 0 0 0 0 0 1\n1.1 0 0 0 0 0 0 1\n").unwrap();
+    std::fs::write(&poses, "1700000000.0 0 0 0 0 0 0 1\n1700000000.1 0 0 0 0 0 0 1\n").unwrap();
     let [input, json_path, poses_path] = [folder.path(), &json, &poses].map(|path| path.to_str().unwrap());
     for memory in [true, false] {
         let switch: &[&str] = if memory { &["--poses", poses_path] } else { &["--memory", "off"] };
@@ -88,7 +90,7 @@ fn one_file_is_scored_and_memory_without_poses_is_said_to_be_off() {
     }
     let folder = tempfile::tempdir().unwrap();
     write_scans(folder.path(), true);
-    let output = eval(&[folder.path().join("1.ply").to_str().unwrap()]);
+    let output = eval(&[folder.path().join(NAMES[1]).to_str().unwrap()]);
     let text = String::from_utf8_lossy(&output.stdout).into_owned();
     assert!(text.contains("no poses") && text.contains("1 scans, every scan by itself"), "{text}");
 }
@@ -110,6 +112,7 @@ fn scans_that_cannot_be_scored_are_refused_by_name() {
     std::fs::write(&poses, "7.0 0 0\n").unwrap();
     fails(&[&input, "--poses", poses_path], &["poses.txt"]);
     fails(&[&input, "--poses", "missing.txt"], &["missing.txt"]);
-    std::fs::write(folder.path().join("0.ply"), "ply\nformat ascii 1.0\nend_header\n").unwrap();
-    fails(&[&input, "--memory", "off"], &["0.ply"]);
+    let broken = folder.path().join("broken.ply");
+    std::fs::write(&broken, "ply\nformat ascii 1.0\nend_header\n").unwrap();
+    fails(&[broken.to_str().unwrap(), "--memory", "off"], &["broken.ply", "vertex"]);
 }
