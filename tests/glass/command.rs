@@ -70,8 +70,9 @@ fn a_folder_of_labelled_scans_gives_a_table_and_figures() {
             value.unwrap_or_else(|| panic!("{path}: {figures}"))
         };
         for class in ["inside", "glass", "reflection", "outside"] {
-            for score in ["precision", "recall", "iou"] {
-                assert!(figure(&format!("/classes/{class}/{score}")) > 0.7, "{class} {score}: {figures}");
+            // Reflections of what the sensor does not see directly stay open: they cost recall, and no precision.
+            for (score, least) in [("precision", 0.95), ("recall", 0.55), ("iou", 0.55)] {
+                assert!(figure(&format!("/classes/{class}/{score}")) > least, "{class} {score}: {figures}");
             }
         }
         assert!(figure("/reflections_left") < 0.05 && figure("/normal_lost") < 0.01, "{figures}");
