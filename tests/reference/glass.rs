@@ -129,42 +129,73 @@ fn around(columns: i64, rows: i64) -> impl Iterator<Item = (i64, i64)> {
     (-columns..=columns).flat_map(move |c| (-rows..=rows).map(move |r| (c, r)))
 }
 
-/// Classes by steps 1 to 3 (spec 3 §5) for one pane, without memory.
-pub(crate) fn labels(scan: &Organized<'_>, pane: &Pane, rules: &Rules) -> Vec<PointClass> {
-    let n = pane.unit_normal().as_dvec3();
-    let over = |p: DVec3| n.dot(p) - f64::from(pane.normal.w);
-    let u = pane.level.truncate().as_dvec3();
-    let [u0, u1, v0, v1] = pane.extent_m.to_array().map(f64::from);
-    let through = |p: DVec3| {
-        let at = p * (f64::from(pane.normal.w) / n.dot(p));
-        let (u, v) = (at.dot(u), at.dot(n.cross(u)));
+/// A pane in a scan, and what it mirrors: ranges by column and row, and how deep the room before it is.
+struct View<'a> {
+    scan: &'a Organized<'a>,
+    pane: &'a Pane,
+    rules: &'a Rules,
+    images: HashMap<(usize, usize), f64>,
+    deepest_m: f64,
+}
+
+impl View<'_> {
+    fn normal(&self) -> DVec3 {
+        self.pane.unit_normal().as_dvec3()
+    }
+
+    fn over(&self, p: DVec3) -> f64 {
+        self.normal().dot(p) - f64::from(self.pane.normal.w)
+    }
+
+    fn through(&self, p: DVec3) -> bool {
+        let n = self.normal();
+        let level = self.pane.level.truncate().as_dvec3();
+        let [u0, u1, v0, v1] = self.pane.extent_m.to_array().map(f64::from);
+        let at = p * (f64::from(self.pane.normal.w) / n.dot(p));
+        let (u, v) = (at.dot(level), at.dot(n.cross(level)));
         n.dot(p) > 1e-6 && u >= u0 - 0.3 && u <= u1 + 0.3 && v >= v0 - 0.3 && v <= v1 + 0.3
-    };
-    let meets = |p: DVec3| through(p) && over(p) > -rules.plane_tolerance_m;
-    let mirrored_m = |p: DVec3| p - 2.0 * over(p) * n;
-    let mut deepest_m: f64 = 0.0;
-    let mut images: HashMap<(usize, usize), f64> = HashMap::new();
-    for (p, beam) in scan.places_m.iter().zip(scan.beams) {
-        let before_m = -over(*p);
-        if beam.2 != 0 || meets(*p) || before_m <= 0.1 {
-            continue;
-        }
-        deepest_m = deepest_m.max(before_m);
-        let image = mirrored_m(*p);
-        if let Some(row) = (scan.row_of)(image).filter(|_| through(image)) {
-            let range_m = images.entry((scan.column_of(image), row)).or_insert(f64::INFINITY);
-            *range_m = range_m.min(image.length());
+    }
+
+    fn meets(&self, p: DVec3) -> bool {
+        self.through(p) && self.over(p) > -self.rules.plane_tolerance_m
+    }
+
+    fn mirrored_m(&self, p: DVec3) -> DVec3 {
+        p - 2.0 * self.over(p) * self.normal()
+    }
+
+    fn cell_of(&self, index: usize) -> (usize, usize) {
+        (self.scan.column_of(self.scan.places_m[index]), self.scan.beams[index].1)
+    }
+
+    /// Mirrors all first returns before the pane (step 1).
+    fn mirror(&mut self) {
+        for (p, beam) in self.scan.places_m.iter().zip(self.scan.beams) {
+            let before_m = -self.over(*p);
+            if beam.2 != 0 || self.meets(*p) || before_m <= 0.1 {
+                continue;
+            }
+            self.deepest_m = self.deepest_m.max(before_m);
+            let image = self.mirrored_m(*p);
+            if let Some(row) = (self.scan.row_of)(image).filter(|_| self.through(image)) {
+                let cell = (self.scan.column_of(image), row);
+                let range_m = self.images.entry(cell).or_insert(f64::INFINITY);
+                *range_m = range_m.min(image.length());
+            }
         }
     }
-    let behind = |p: DVec3, cell: (usize, usize)| {
+
+    /// The class of a point behind the pane (steps 1 and 2).
+    fn behind(&self, p: DVec3, cell: (usize, usize)) -> PointClass {
+        let (scan, rules) = (self.scan, self.rules);
         let (range_m, near) = (p.length(), rules.match_m + rules.match_per_m * p.length());
-        let image = |step| images.get(&scan.cell(cell, step)?).copied();
+        let image = |step| self.images.get(&scan.cell(cell, step)?).copied();
         let close: Vec<f64> = around(1, 1).filter_map(image).collect();
         let wide: Vec<f64> = around(rules.half_columns, rules.half_rows).filter_map(image).collect();
         let window = (2 * rules.half_columns + 1) * (2 * rules.half_rows + 1);
         let farthest_m = wide.iter().copied().fold(0.0, f64::max);
         let beyond = close.len() >= 2 && 2 * wide.len() as i64 >= window && farthest_m < range_m - near;
-        let place = mirrored_m(p);
+        let place = self.mirrored_m(p);
         let near_place = rules.match_m + rules.match_per_m * place.length();
         let target = (scan.row_of)(place).map(|row| (scan.column_of(place), row));
         let measured = |step| scan.range_m(scan.cell(target?, step)?, 0);
@@ -176,31 +207,40 @@ pub(crate) fn labels(scan: &Organized<'_>, pane: &Pane, rules: &Rules) -> Vec<Po
             || measured_m.iter().any(|m| (m - place.length()).abs() < near_place)
         {
             PointClass::Reflection
-        } else if beyond || passes || over(p) > deepest_m + 2.0 * rules.match_m {
+        } else if beyond || passes || self.over(p) > self.deepest_m + 2.0 * rules.match_m {
             PointClass::Outside
         } else {
             PointClass::Unlabelled
         }
-    };
-    let cell_of = |index: usize| (scan.column_of(scan.places_m[index]), scan.beams[index].1);
-    let first = |index: usize, p: DVec3| {
-        if !meets(p) {
+    }
+
+    /// The class of a point by steps 1 and 2.
+    fn class(&self, index: usize) -> PointClass {
+        let p = self.scan.places_m[index];
+        if !self.meets(p) {
             return PointClass::Inside;
         }
-        if over(p) >= rules.plane_tolerance_m {
-            return behind(p, cell_of(index));
+        if self.over(p) >= self.rules.plane_tolerance_m {
+            return self.behind(p, self.cell_of(index));
         }
-        let [near, far] = [0, 1].map(|slot| scan.range_m(cell_of(index), slot));
-        let dual = near.zip(far).is_some_and(|(near, far)| far > near + rules.gap_m);
-        let limit = f64::from(pane.level.w) * if dual { 3.0 } else { 1.0 };
-        let head_on = n.dot(p) > rules.lobe_cos * p.length();
-        let glass =
-            scan.beams[index].2 == 0 && (pane.level.w <= 0.0 || head_on || scan.intensities[index] < limit);
+        let [near, far] = [0, 1].map(|slot| self.scan.range_m(self.cell_of(index), slot));
+        let dual = near.zip(far).is_some_and(|(near, far)| far > near + self.rules.gap_m);
+        let bright = f64::from(self.pane.level.w);
+        let limit = bright * if dual { 3.0 } else { 1.0 };
+        let head_on = self.normal().dot(p) > self.rules.lobe_cos * p.length();
+        let glass = self.scan.beams[index].2 == 0
+            && (bright <= 0.0 || head_on || self.scan.intensities[index] < limit);
         if glass { PointClass::Glass } else { PointClass::Inside }
-    };
-    let classes: Vec<PointClass> = scan.places_m.iter().enumerate().map(|(i, p)| first(i, *p)).collect();
+    }
+}
+
+/// Classes by steps 1 to 3 (spec 3 §5) for one pane, without memory.
+pub(crate) fn labels(scan: &Organized<'_>, pane: &Pane, rules: &Rules) -> Vec<PointClass> {
+    let mut view = View { scan, pane, rules, images: HashMap::new(), deepest_m: 0.0 };
+    view.mirror();
+    let classes: Vec<PointClass> = (0..scan.places_m.len()).map(|index| view.class(index)).collect();
     let settled = |(index, class): (usize, &PointClass)| {
-        let (column, row) = cell_of(index);
+        let (column, row) = view.cell_of(index);
         let last = scan.cells.get(&(column, row, 1)).filter(|last| **last != index);
         let passed = last.is_some_and(|last| {
             let farther_m = scan.places_m[*last].length() - scan.places_m[index].length();
