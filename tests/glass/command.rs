@@ -39,11 +39,11 @@ const NAMES: [&str; 2] = ["1700000000.000000.ply", "1700000000.100000.ply"];
 
 /// Two scans of the analytic room in a folder, 0.1 s apart; `labelled`: with their true classes.
 fn write_scans(folder: &Path, labelled: bool) {
-    for number in 0..2 {
+    for name in NAMES {
         let (mut scan, truth) = GlassRoom { yaw: 0.0, ..GlassRoom::default() }.scan();
         scan.columns.label = labelled;
         scan.points.iter_mut().zip(&truth).for_each(|(point, truth)| point.label = label(truth.class));
-        save_scan(&folder.join(NAMES[number]), &scan).unwrap();
+        save_scan(&folder.join(name), &scan).unwrap();
     }
 }
 
