@@ -31,7 +31,7 @@ const NEAR_PANE_M = 0.3;
 var<workgroup> sums: array<vec4<u32>, LANES>;
 var<workgroup> bounds: vec4<u32>;      // first and last square of u, first and last of v
 var<workgroup> accepted: bool;
-var<workgroup> starts: array<u32, LANES>;
+var<workgroup> passing: array<u32, LANES>;
 
 fn counts_at(u: u32, v: u32) -> vec4<u32> {
     let at = v * SURVEY_WIDE + u;
@@ -156,14 +156,14 @@ fn accept(@builtin(local_invocation_index) lane: u32) {
     workgroupBarrier();
     measure(lane, true);
     workgroupBarrier();
-    if lane == 0u {
+    for (var once = 0u; once < turns_if(lane == 0u); once++) {
         let u = core(SURVEY_WIDE);
         bounds = select(bounds, vec4(u, bounds.zw), tested);
     }
     workgroupBarrier();
     measure(lane, false);
     workgroupBarrier();
-    if lane == 0u {
+    for (var once = 0u; once < turns_if(lane == 0u); once++) {
         let v = core(SURVEY_HIGH);
         bounds = select(bounds, vec4(bounds.xy, v), tested);
         var sum = vec4(0u);
@@ -178,46 +178,40 @@ fn accept(@builtin(local_invocation_index) lane: u32) {
     for (var turn = 0u; turn < 2u; turn++) {
         measure(lane, true);
         workgroupBarrier();
-        if lane == 0u {
+        for (var once = 0u; once < turns_if(lane == 0u && tested); once++) {
             let u = vec2(grow(bounds.x, SURVEY_WIDE, false), grow(bounds.y, SURVEY_WIDE, true));
             bounds = select(bounds, vec4(u, bounds.zw), tested);
         }
         workgroupBarrier();
         measure(lane, false);
         workgroupBarrier();
-        if lane == 0u {
+        for (var once = 0u; once < turns_if(lane == 0u && tested); once++) {
             let v = vec2(grow(bounds.z, SURVEY_HIGH, false), grow(bounds.w, SURVEY_HIGH, true));
             bounds = select(bounds, vec4(bounds.xy, v), tested);
         }
         workgroupBarrier();
     }
-    starts[lane] = through(lane);
+    passing[lane] = through(lane);
     workgroupBarrier();
-    if lane == 0u {
+    for (var once = 0u; once < turns_if(lane == 0u); once++) {
         var behind = 0u;
         for (var k = 0u; k < LANES; k++) {
-            behind += starts[k];
+            behind += passing[k];
         }
         accepted = accepted && behind >= glass_params.min_behind;
     }
     workgroupBarrier();
     let pane = pane_under_test();
     let count = found.candidates;
-    let each = (count + LANES - 1u) / LANES;
+    let each = (select(0u, count, tested) + LANES - 1u) / LANES;
     let begin = min(lane * each, count);
     let end = min(begin + each, count);
     var kept = 0u;
     for (var k = begin; k < end; k++) {
         kept += select(0u, 1u, stays(candidates[k].xyz, pane, tested));
     }
-    starts[lane] = kept;
-    workgroupBarrier();
-    var number = 0u;
-    var total = 0u;
-    for (var k = 0u; k < LANES; k++) {
-        number += select(0u, starts[k], k < lane);
-        total += starts[k];
-    }
+    share_starts(lane, kept);
+    var number = starts[lane];
     for (var k = begin; k < end; k++) {
         if stays(candidates[k].xyz, pane, tested) {
             left[number] = candidates[k];

@@ -15,9 +15,10 @@ var<workgroup> firsts: array<vec4<f32>, LANES>;    // sums of x, y, z; count
 var<workgroup> squares: array<vec4<f32>, LANES>;   // xx, yy, zz
 var<workgroup> products: array<vec4<f32>, LANES>;  // xy, xz, yz
 var<workgroup> best: array<vec2<u32>, LANES>;
-var<workgroup> counts: array<u32, LANES>;
+var<workgroup> counts: array<vec4<u32>, LANES>;
 var<workgroup> shared_plane: vec4<f32>;
-var<workgroup> shared_quartile: u32;
+var<workgroup> shared_quartile: vec2<u32>;  // its bits so far, twice
+var<workgroup> shared_inliers: u32;
 
 fn is_near(plane: vec4<f32>, p: vec3<f32>) -> bool {
     return abs(dot(plane.xyz, p) - plane.w) < glass_params.fit_tolerance_m;
@@ -101,21 +102,35 @@ fn refit(lane: u32, count: u32, origin: vec3<f32>) {
     products[lane] = vec4(product, 0.0);
 }
 
-fn count_under(lane: u32, count: u32, limit: f32) -> u32 {
-    var under = 0u;
+// Of the candidates near the plane those whose intensity is below each of four limits.
+fn count_under(lane: u32, count: u32, limits: vec4<f32>) -> vec4<u32> {
+    let plane = shared_plane;
+    var under = vec4(0u);
     for (var k = lane; k < count; k += LANES) {
         let c = candidates[k];
-        under += select(0u, 1u, is_near(shared_plane, c.xyz) && c.w < limit);
+        under += select(vec4(0u), vec4(1u), (vec4(c.w) < limits) & vec4(is_near(plane, c.xyz)));
     }
     return under;
 }
 
-fn sum_of_counts() -> u32 {
-    var sum = 0u;
+fn sum_of_counts() -> vec4<u32> {
+    var sum = vec4(0u);
     for (var k = 0u; k < LANES; k++) {
         sum += counts[k];
     }
     return sum;
+}
+
+// Sets the next two bits of the quartile: to the largest of their four values under which there are few enough.
+fn narrow(bits: u32, inliers: u32) {
+    let under = sum_of_counts();
+    for (var k = 1u; k < 4u; k++) {
+        let trial = shared_quartile.x | (k << bits);
+        if trial < 0x7f800000u && 4u * under[k] <= inliers {
+            shared_quartile.y = trial;
+        }
+    }
+    shared_quartile.x = shared_quartile.y;
 }
 
 @compute @workgroup_size(LANES)
@@ -135,7 +150,7 @@ fn fit(@builtin(local_invocation_index) lane: u32) {
         survey[k] = 0u;
     }
     workgroupBarrier();
-    if lane == 0u {
+    for (var once = 0u; once < turns_if(lane == 0u); once++) {
         var top = vec2(0u, 0u);
         for (var k = 0u; k < LANES; k++) {
             if best[k].x > top.x || (best[k].x == top.x && best[k].y < top.y) {
@@ -153,36 +168,34 @@ fn fit(@builtin(local_invocation_index) lane: u32) {
     for (var turn = 0u; turn < REFITS; turn++) {
         refit(lane, count, origin);
         workgroupBarrier();
-        if lane == 0u && shared_plane.w > 0.0 {
+        for (var once = 0u; once < turns_if(lane == 0u && shared_plane.w > 0.0); once++) {
             shared_plane = plane_of_sums(origin, shared_plane);
         }
         workgroupBarrier();
     }
-    counts[lane] = count_under(lane, count, 3.0e38);
+    counts[lane] = count_under(lane, count, vec4(3.0e38));
     workgroupBarrier();
-    let inliers = select(0u, sum_of_counts(), shared_plane.w > 0.0);
-    workgroupBarrier();
-    // The lower quartile of their intensities: the largest value under which there are no more than a quarter.
-    if lane == 0u {
-        shared_quartile = 0u;
+    for (var once = 0u; once < turns_if(lane == 0u); once++) {
+        shared_inliers = select(0u, sum_of_counts().x, shared_plane.w > 0.0);
+        shared_quartile = vec2(0u);
     }
     workgroupBarrier();
-    for (var bit = 0u; bit < QUARTILE_BITS; bit++) {
-        let trial = shared_quartile | (1u << (30u - bit));
+    let inliers = shared_inliers;
+    // The lower quartile of their intensities: the largest value under which there are no more than a quarter.
+    for (var turn = 0u; turn < QUARTILE_BITS / 2u; turn++) {
+        let bits = 29u - 2u * turn;
         // Infinity and more are no intensities.
-        let limit = bitcast<f32>(min(trial, 0x7f7fffffu));
-        counts[lane] = count_under(lane, count, limit);
+        let trials = min(vec4(shared_quartile.x) | (vec4(0u, 1u, 2u, 3u) << vec4(bits)), vec4(0x7f7fffffu));
+        counts[lane] = count_under(lane, count, bitcast<vec4<f32>>(trials));
         workgroupBarrier();
-        let under = sum_of_counts();
-        workgroupBarrier();
-        if lane == 0u && trial < 0x7f800000u && 4u * under <= inliers {
-            shared_quartile = trial;
+        for (var once = 0u; once < turns_if(lane == 0u); once++) {
+            narrow(bits, inliers);
         }
         workgroupBarrier();
     }
-    if lane == 0u {
+    for (var once = 0u; once < turns_if(lane == 0u); once++) {
         found.inliers = select(0u, inliers, inliers >= glass_params.min_inliers);
         found.plane = shared_plane;
-        found.level = vec4(level_axis(shared_plane.xyz), bitcast<f32>(shared_quartile) * glass_params.bright_ratio);
+        found.level = vec4(level_axis(shared_plane.xyz), bitcast<f32>(shared_quartile.x) * glass_params.bright_ratio);
     }
 }

@@ -10,7 +10,6 @@
 @group(0) @binding(7) var<storage, read_write> glass_counters: array<u32>;
 
 const LANES = 256u;
-var<workgroup> starts: array<u32, LANES>;
 
 @compute @workgroup_size(LANES)
 fn gather(@builtin(local_invocation_index) lane: u32) {
@@ -22,14 +21,8 @@ fn gather(@builtin(local_invocation_index) lane: u32) {
     for (var w = begin; w < end; w++) {
         count += countOneBits(candidate_bits[w]);
     }
-    starts[lane] = count;
-    workgroupBarrier();
-    var number = 0u;
-    var total = 0u;
-    for (var k = 0u; k < LANES; k++) {
-        number += select(0u, starts[k], k < lane);
-        total += starts[k];
-    }
+    share_starts(lane, count);
+    var number = starts[lane];
     let thinning = max((total + MOST_CANDIDATES - 1u) / MOST_CANDIDATES, 1u);
     for (var w = begin; w < end; w++) {
         var bits = candidate_bits[w];

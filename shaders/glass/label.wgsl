@@ -1,11 +1,11 @@
-// Labels every point by the pane that its beam meets first, and by what the pane mirrors. spec 3 §5, steps 1 and 2.
+// Labels the points whose beams meet a pane by what the pane mirrors. spec 3 §5, steps 1 and 2.
 @group(0) @binding(0) var<uniform> glass_params: GlassParams;
 @group(0) @binding(1) var<storage, read> points: array<vec4<f32>>;
 @group(0) @binding(2) var<storage, read> places: array<u32>;
 @group(0) @binding(3) var<storage, read> cells: array<u32>;
 @group(0) @binding(4) var<storage, read> elevation_rows: array<u32>;
 @group(0) @binding(5) var<storage, read> panes: Panes;
-@group(0) @binding(6) var<storage, read> around: array<vec2<u32>>;
+@group(0) @binding(6) var<storage, read> mirrored: array<u32>;
 @group(0) @binding(7) var<storage, read_write> pane_counts: array<atomic<u32>>;
 @group(0) @binding(8) var<storage, read_write> labels: array<u32>;
 
@@ -16,55 +16,75 @@ const DUAL_BRIGHTER = 3.0;
 const LEAST_MIRRORED = 2u;
 const LEAST_MEASURED = 4u;
 
+struct Touching {
+    matches: bool,      // a mirrored surface lies there
+    count: u32,         // cells that have one
+}
+
 struct Shown {
     matches: bool,      // a surface lies there
-    beyond: bool,       // every surface around lies nearer
+    beyond: bool,       // the sensor sees through that place
 }
 
 fn tolerance(range_m: f32) -> f32 {
     return glass_params.match_m + glass_params.match_per_m * range_m;
 }
 
-fn neighbour(place: u32, column_step: i32, row_step: i32) -> u32 {
-    let rows = i32(glass_params.rows);
-    let columns = i32(glass_params.columns);
-    let row = i32(place) % rows + row_step;
-    if row < 0 || row >= rows {
-        return NONE;
-    }
-    let column = (i32(place) / rows + column_step + columns) % columns;
-    return u32(column * rows + row);
+// Cells around one, a number of columns and rows to each side: columns go round, rows end.
+struct Around {
+    column: u32,        // the first
+    least_row: u32,
+    most_row: u32,
 }
 
-// Step 1: against the mirrored surfaces around the beam.
-fn against_mirrored(place: u32, range_m: f32) -> Shown {
+fn cells_around(column: u32, row: u32, columns: u32, rows: u32) -> Around {
+    let first = column + glass_params.columns - columns;
+    return Around(
+        select(first, first - glass_params.columns, first >= glass_params.columns),
+        max(row, rows) - rows,
+        min(row + rows, glass_params.rows - 1u),
+    );
+}
+
+fn next_column(column: u32) -> u32 {
+    return select(column + 1u, 0u, column + 1u == glass_params.columns);
+}
+
+// Step 1: against the mirrored surfaces next to the beam.
+fn touching(column: u32, row: u32, range_m: f32) -> Touching {
     let near = tolerance(range_m);
-    var matches = false;
-    var count = 0u;
-    for (var c = -1; c <= 1; c++) {
-        for (var r = -1; r <= 1; r++) {
-            let other = neighbour(place, c, r);
-            if other != NONE {
-                let range_mm = around[other].x;
-                let some = range_mm != NONE;
-                matches = matches || (some && abs(f32(range_mm) * M_PER_MM - range_m) < near);
-                count += select(0u, 1u, some);
-            }
+    var around = cells_around(column, row, 1u, 1u);
+    var found = Touching(false, 0u);
+    for (var c = 0u; c < 3u; c++) {
+        for (var r = around.least_row; r <= around.most_row; r++) {
+            let range_mm = mirrored[around.column * glass_params.rows + r];
+            let some = range_mm != NONE;
+            found.matches = found.matches || (some && abs(f32(range_mm) * M_PER_MM - range_m) < near);
+            found.count += select(0u, 1u, some);
         }
+        around.column = next_column(around.column);
     }
-    let reach = i32(glass_params.half_rows);
-    var seen = vec2(0u);
-    for (var r = -reach; r <= reach; r++) {
-        let other = neighbour(place, 0, r);
-        if other != NONE {
-            let word = around[other].y;
-            seen = vec2(max(seen.x, word >> COUNT_BITS), seen.y + (word & ((1u << COUNT_BITS) - 1u)));
+    return found;
+}
+
+// Step 1: whether all that is mirrored around the beam is nearer.
+fn beyond_mirrored(column: u32, row: u32, range_m: f32) -> bool {
+    let reach = vec2(glass_params.half_columns, glass_params.half_rows);
+    var around = cells_around(column, row, reach.x, reach.y);
+    var seen = 0u;
+    var farthest_mm = 0u;
+    for (var c = 0u; c <= 2u * reach.x; c++) {
+        for (var r = around.least_row; r <= around.most_row; r++) {
+            let range_mm = mirrored[around.column * glass_params.rows + r];
+            let some = range_mm != NONE;
+            seen += select(0u, 1u, some);
+            farthest_mm = max(farthest_mm, select(0u, range_mm, some));
         }
+        around.column = next_column(around.column);
     }
     // At least half of the surroundings must be mirrored: beside the image of one small thing nothing is proven.
-    let window = (2u * glass_params.half_rows + 1u) * (2u * glass_params.half_columns + 1u);
-    let beyond = count >= LEAST_MIRRORED && 2u * seen.y >= window && f32(seen.x) * M_PER_MM < range_m - near;
-    return Shown(matches, beyond);
+    let window = (2u * reach.x + 1u) * (2u * reach.y + 1u);
+    return 2u * seen >= window && f32(farthest_mm) * M_PER_MM < range_m - tolerance(range_m);
 }
 
 // Step 2: against what is measured along the ray to the mirrored place.
@@ -75,34 +95,40 @@ fn against_measured(image: vec3<f32>) -> Shown {
     if row >= glass_params.rows {
         return Shown(false, false);
     }
-    let place = column_of(image, glass_params.columns) * glass_params.rows + row;
+    let column = column_of(image, glass_params.columns);
+    var around = cells_around(column, row, 1u, 1u);
     var matches = false;
-    var passes = cells[2u * place] != NONE;
+    var passes = cells[2u * (column * glass_params.rows + row)] != NONE;
     var count = 0u;
-    for (var c = -1; c <= 1; c++) {
-        for (var r = -1; r <= 1; r++) {
-            let other = neighbour(place, c, r);
-            if other != NONE && cells[2u * other] != NONE {
-                let measured_m = f32(steps_in(cells[2u * other])) / RANGE_STEPS_PER_M;
+    for (var c = 0u; c < 3u; c++) {
+        for (var r = around.least_row; r <= around.most_row; r++) {
+            let word = cells[2u * (around.column * glass_params.rows + r)];
+            if word != NONE {
+                let measured_m = f32(steps_in(word)) / RANGE_STEPS_PER_M;
                 matches = matches || abs(measured_m - range_m) < near;
                 passes = passes && measured_m > range_m + near;
                 count += 1u;
             }
         }
+        around.column = next_column(around.column);
     }
     return Shown(matches, passes && count >= LEAST_MEASURED);
 }
 
-fn class_behind(slot: u32, p: vec3<f32>, place: u32, over: f32) -> u32 {
-    let mirror = against_mirrored(place, length(p));
-    let measured = against_measured(mirrored_in(panes.list[slot], p));
-    if mirror.matches || measured.matches {
-        return REFLECTION;
-    }
+fn class_behind(slot: u32, pane: Pane, p: vec3<f32>, place: u32, over: f32) -> u32 {
+    let column = place / glass_params.rows;
+    let row = place - column * glass_params.rows;
+    let mirror = touching(column, row, length(p));
+    let measured = against_measured(mirrored_in(pane, p));
     // Nothing before the pane lies as far from it as this point behind it.
     let deepest_m = f32(atomicLoad(&pane_counts[slot * PANE_COUNTS + ROOM_DEPTH])) * M_PER_MM;
     let too_deep = over > deepest_m + 2.0 * glass_params.match_m;
-    return select(UNLABELLED, OUTSIDE, mirror.beyond || measured.beyond || too_deep);
+    let matches = mirror.matches || measured.matches;
+    var real = measured.beyond || too_deep;
+    for (var turn = 0u; turn < turns_if(!matches && !real && mirror.count >= LEAST_MIRRORED); turn++) {
+        real = beyond_mirrored(column, row, length(p));
+    }
+    return select(select(UNLABELLED, OUTSIDE, real), REFLECTION, matches);
 }
 
 fn is_glass(pane: Pane, point: vec4<f32>, place: u32) -> bool {
@@ -116,37 +142,35 @@ fn count_in(slot: u32, what: u32) {
     atomicAdd(&pane_counts[slot * PANE_COUNTS + what], 1u);
 }
 
+fn label_met(index: u32, slot: u32) -> u32 {
+    let place = places[index];
+    let point = points[2u * index];
+    let pane = panes.list[slot];
+    let first = slot_of_return(points[2u * index + 1u]) == 0u;
+    let over = dot(pane.normal.xyz, point.xyz) - pane.normal.w;
+    let on = over < glass_params.plane_tolerance_m;
+    if first && dot(pane.normal.xyz, point.xyz) > glass_params.visible_cos * length(point.xyz) {
+        count_in(slot, select(PASSING, SHOWING, on));
+    }
+    if on {
+        return select(label_of(INSIDE, 0u), label_of(GLASS, pane.id), first && is_glass(pane, point, place));
+    }
+    let kind = class_behind(slot, pane, point.xyz, place, over);
+    if kind == REFLECTION {
+        count_in(slot, REFLECTIONS);
+    }
+    if kind == OUTSIDE {
+        count_in(slot, OUTSIDES);
+    }
+    return label_of(kind, pane.id);
+}
+
 @compute @workgroup_size(64)
 fn label(@builtin(global_invocation_id) id: vec3<u32>) {
-    if id.x >= glass_params.points {
-        return;
-    }
-    let place = places[id.x];
-    labels[id.x] = label_of(select(INSIDE, UNLABELLED, place == NONE), 0u);
-    if place == NONE {
-        return;
-    }
-    let point = points[2u * id.x];
-    let met = first_met(point.xyz);
-    if met.slot == NONE {
-        return;
-    }
-    let pane = panes.list[met.slot];
-    let first = slot_of_return(points[2u * id.x + 1u]) == 0u;
-    let on = met.over < glass_params.plane_tolerance_m;
-    if first && dot(pane.normal.xyz, point.xyz) > glass_params.visible_cos * length(point.xyz) {
-        count_in(met.slot, select(PASSING, SHOWING, on));
-    }
-    if !on {
-        let kind = class_behind(met.slot, point.xyz, place, met.over);
-        if kind == REFLECTION {
-            count_in(met.slot, REFLECTIONS);
+    for (var turn = 0u; turn < turns_if(id.x < glass_params.points); turn++) {
+        let met = labels[id.x];
+        for (var once = 0u; once < turns_if((met & 0xffu) == MEETS); once++) {
+            labels[id.x] = label_met(id.x, min(met >> 8u, KEPT_PANES - 1u));
         }
-        if kind == OUTSIDE {
-            count_in(met.slot, OUTSIDES);
-        }
-        labels[id.x] = label_of(kind, pane.id);
-    } else if first && is_glass(pane, point, place) {
-        labels[id.x] = label_of(GLASS, pane.id);
     }
 }

@@ -14,13 +14,14 @@ const LEAST_RANGE_M = 0.05;
 const MOST_RANGE_M = 1000.0;
 
 fn row_of(p: vec3<f32>, ring: u32) -> u32 {
-    if glass_params.rings == 0u {
-        return elevation_rows[elevation_bin(p)];
+    var row = NONE;
+    for (var turn = 0u; turn < turns_if(glass_params.rings == 0u); turn++) {
+        row = elevation_rows[elevation_bin(p)];
     }
-    if ring >= glass_params.rings {
-        return NONE;
+    if ring < glass_params.rings {
+        row = ring_rows[ring];
     }
-    return ring_rows[ring];
+    return row;
 }
 
 @compute @workgroup_size(64)

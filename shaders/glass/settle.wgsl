@@ -35,7 +35,32 @@ fn settled(index: u32, pane_id: u32) -> u32 {
     return UNLABELLED;
 }
 
+// Points that an invocation settles; it counts their classes before it shares the counts.
+const EACH = 8u;
+
 var<workgroup> counts: array<atomic<u32>, CLASSES>;
+
+fn settle_points(begin: u32) {
+    var mine = array<u32, CLASSES>();
+    for (var index = begin; index < min(begin + EACH, glass_params.points); index++) {
+        var kind = labels[index] & 0xffu;
+        let pane_id = labels[index] >> 8u;
+        for (var turn = 0u; turn < turns_if(kind == UNLABELLED && pane_id != 0u); turn++) {
+            kind = settled(index, pane_id);
+        }
+        classes[index] = label_of(kind, pane_id);
+        mine[0] += select(0u, 1u, kind == 0u);
+        mine[1] += select(0u, 1u, kind == 1u);
+        mine[2] += select(0u, 1u, kind == 2u);
+        mine[3] += select(0u, 1u, kind == 3u);
+        mine[4] += select(0u, 1u, kind == 4u);
+    }
+    for (var kind = 0u; kind < CLASSES; kind++) {
+        if mine[kind] > 0u {
+            atomicAdd(&counts[kind], mine[kind]);
+        }
+    }
+}
 
 @compute @workgroup_size(64)
 fn settle(
@@ -46,17 +71,14 @@ fn settle(
         atomicStore(&counts[lane], 0u);
     }
     workgroupBarrier();
-    if id.x < glass_params.points {
-        var kind = labels[id.x] & 0xffu;
-        let pane_id = labels[id.x] >> 8u;
-        if kind == UNLABELLED && pane_id != 0u {
-            kind = settled(id.x, pane_id);
-        }
-        classes[id.x] = label_of(kind, pane_id);
-        atomicAdd(&counts[kind], 1u);
+    for (var turn = 0u; turn < turns_if(EACH * id.x < glass_params.points); turn++) {
+        settle_points(EACH * id.x);
     }
     workgroupBarrier();
     if lane < CLASSES {
-        atomicAdd(&glass_counters[COUNT_CLASSES + lane], atomicLoad(&counts[lane]));
+        let count = atomicLoad(&counts[lane]);
+        if count > 0u {
+            atomicAdd(&glass_counters[COUNT_CLASSES + lane], count);
+        }
     }
 }

@@ -9,33 +9,43 @@
 
 // Beams that graze a plane say nothing about it: cosine of 80 degrees.
 const GRAZING_COS = 0.17;
+// Beams that an invocation counts, so that the plane is read once for them.
+const EACH = 8u;
 
-@compute @workgroup_size(64)
-fn survey_plane(@builtin(global_invocation_id) id: vec3<u32>) {
-    if id.x >= glass_params.rows * glass_params.columns || found.inliers == 0u {
-        return;
-    }
-    let first = cells[2u * id.x];
+fn count_beam(place: u32, plane: vec4<f32>, level: vec4<f32>) {
+    let first = cells[2u * place];
     if first == NONE {
         return;
     }
     let point = points[2u * index_in(first)];
-    let plane = found.plane;
     let along = dot(plane.xyz, point.xyz);
     let over = along - plane.w;
-    if over < -glass_params.plane_tolerance_m || along < GRAZING_COS * length(point.xyz) {
-        return;
+    let grazes = along < GRAZING_COS * length(point.xyz);
+    for (var turn = 0u; turn < turns_if(over >= -glass_params.plane_tolerance_m && !grazes); turn++) {
+        let at = point.xyz * (plane.w / along);
+        let u = dot(at, level.xyz) / SQUARE_M + 0.5 * f32(SURVEY_WIDE);
+        let v = dot(at, cross(plane.xyz, level.xyz)) / SQUARE_M + 0.5 * f32(SURVEY_HIGH);
+        if u < 0.0 || v < 0.0 || u >= f32(SURVEY_WIDE) || v >= f32(SURVEY_HIGH) {
+            return;
+        }
+        let shown = (candidate_bits[place / 32u] & (1u << (place % 32u))) != 0u;
+        let dim = level.w <= 0.0 || point.w < level.w;
+        let dual = two_returns(first, cells[2u * place + 1u]);
+        var kind = select(select(BRIGHT, DIM, dim), select(SHINING, SHOWN, dual), shown);
+        kind = select(kind, BEYOND, over >= glass_params.plane_tolerance_m);
+        atomicAdd(&survey[kind * SURVEY_SQUARES + u32(v) * SURVEY_WIDE + u32(u)], 1u);
     }
-    let at = point.xyz * (plane.w / along);
-    let u = dot(at, found.level.xyz) / SQUARE_M + 0.5 * f32(SURVEY_WIDE);
-    let v = dot(at, cross(plane.xyz, found.level.xyz)) / SQUARE_M + 0.5 * f32(SURVEY_HIGH);
-    if u < 0.0 || v < 0.0 || u >= f32(SURVEY_WIDE) || v >= f32(SURVEY_HIGH) {
-        return;
+}
+
+@compute @workgroup_size(64)
+fn survey_plane(@builtin(global_invocation_id) id: vec3<u32>) {
+    let size = glass_params.rows * glass_params.columns;
+    let stride = (size + EACH - 1u) / EACH;
+    for (var turn = 0u; turn < turns_if(id.x < stride && found.inliers > 0u); turn++) {
+        let plane = found.plane;
+        let level = found.level;
+        for (var place = id.x; place < size; place += stride) {
+            count_beam(place, plane, level);
+        }
     }
-    let shown = (candidate_bits[id.x / 32u] & (1u << (id.x % 32u))) != 0u;
-    let dim = found.level.w <= 0.0 || point.w < found.level.w;
-    let dual = two_returns(first, cells[2u * id.x + 1u]);
-    var kind = select(select(BRIGHT, DIM, dim), select(SHINING, SHOWN, dual), shown);
-    kind = select(kind, BEYOND, over >= glass_params.plane_tolerance_m);
-    atomicAdd(&survey[kind * SURVEY_SQUARES + u32(v) * SURVEY_WIDE + u32(u)], 1u);
 }

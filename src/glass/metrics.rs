@@ -8,8 +8,8 @@ use std::collections::HashMap;
 use glam::{DVec3, IVec3};
 use serde::Serialize;
 
-use super::{LabelledScan, PointClass};
-use crate::recording::points::Scan;
+use super::{GlassCounters, LabelledScan, Pane, PointClass};
+use crate::recording::points::{Point, Scan};
 
 /// Label of real points before any glass.
 const NORMAL: u32 = 1;
@@ -26,6 +26,8 @@ const WANTED: [(u32, PointClass); 4] = [
 ];
 /// A mirrored point this near to a normal one has come back to where it belongs, metres.
 const NEAR_M: f64 = 0.2;
+/// The baseline drops what lies farther behind a plane, metres.
+const BEHIND_M: f64 = 0.1;
 
 /// Counts of one class.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -96,7 +98,7 @@ impl GlassTally {
         for (point, (class, _)) in scan.points.iter().zip(classes.clone()) {
             self.count(point.label, class);
         }
-        let place = |point: &crate::recording::points::Point| DVec3::from(point.position_m().map(f64::from));
+        let place = |point: &Point| DVec3::from(point.position_m().map(f64::from));
         let normal = scan.points.iter().filter(|point| point.label == NORMAL).map(place);
         let near = Near::new(normal);
         for (point, (class, pane_id)) in scan.points.iter().zip(classes) {
@@ -146,6 +148,23 @@ impl GlassTally {
 #[expect(clippy::cast_precision_loss, reason = "counts of points are far below 2^53")]
 fn share(part: u64, whole: u64) -> f64 {
     if whole == 0 { 0.0 } else { part as f64 / whole as f64 }
+}
+
+/// The baseline: whatever lies more than 0.1 m behind the plane of a pane, however far from the pane itself, is called a
+/// reflection and so dropped; all else stays.
+pub fn drop_behind_planes(scan: &Scan, panes: &[Pane]) -> LabelledScan {
+    let class = |point: &Point| {
+        let place_m = DVec3::from(point.position_m().map(f64::from));
+        let over_m = |pane: &Pane| pane.unit_normal().as_dvec3().dot(place_m) - f64::from(pane.normal.w);
+        let behind = panes.iter().find(|pane| over_m(pane) > BEHIND_M);
+        behind.map_or((PointClass::Inside, 0), |pane| (PointClass::Reflection, pane.id))
+    };
+    LabelledScan {
+        classes: scan.points.iter().map(class).collect(),
+        panes: panes.to_vec(),
+        counters: GlassCounters::default(),
+        pass_ms: Vec::new(),
+    }
 }
 
 /// Points by cubes of [`NEAR_M`].

@@ -18,6 +18,7 @@ const FOUND: &str = include_str!("../../shaders/lib/glass/found.wgsl");
 const HYPOTHESIS: &str = include_str!("../../shaders/lib/glass/hypothesis.wgsl");
 const PANE: &str = include_str!("../../shaders/lib/glass/pane.wgsl");
 const CLASS: &str = include_str!("../../shaders/lib/glass/class.wgsl");
+const PREFIX: &str = include_str!("../../shaders/lib/glass/prefix.wgsl");
 const MET: &str = include_str!("../../shaders/lib/glass/met.wgsl");
 
 /// Empties what the others count in.
@@ -39,7 +40,7 @@ pub const CANDIDATE: ShaderSource = ShaderSource {
 /// Their list.
 pub const GATHER: ShaderSource = ShaderSource {
     name: "glass/gather",
-    parts: &[GRID, COUNTERS, FOUND, include_str!("../../shaders/glass/gather.wgsl")],
+    parts: &[GRID, COUNTERS, FOUND, PREFIX, include_str!("../../shaders/glass/gather.wgsl")],
 };
 /// Hypotheses.
 pub const SCORE: ShaderSource = ShaderSource {
@@ -59,7 +60,7 @@ pub const SURVEY: ShaderSource = ShaderSource {
 /// Panes and their boundaries.
 pub const ACCEPT: ShaderSource = ShaderSource {
     name: "glass/accept",
-    parts: &[GRID, COUNTERS, PANE, FOUND, include_str!("../../shaders/glass/accept.wgsl")],
+    parts: &[GRID, COUNTERS, PANE, FOUND, PREFIX, include_str!("../../shaders/glass/accept.wgsl")],
 };
 /// Panes over time.
 pub const REMEMBER: ShaderSource = ShaderSource {
@@ -71,15 +72,10 @@ pub const MIRROR: ShaderSource = ShaderSource {
     name: "glass/mirror",
     parts: &[GRID, PANE, MET, CLASS, include_str!("../../shaders/glass/mirror.wgsl")],
 };
-/// Mirrored surfaces around a beam.
-pub const AROUND: ShaderSource = ShaderSource {
-    name: "glass/around_of",
-    parts: &[GRID, include_str!("../../shaders/glass/around_of.wgsl")],
-};
 /// Labels by steps 1 and 2.
 pub const LABEL: ShaderSource = ShaderSource {
     name: "glass/label",
-    parts: &[GRID, RETURNS, PANE, MET, CLASS, include_str!("../../shaders/glass/label.wgsl")],
+    parts: &[GRID, RETURNS, PANE, CLASS, include_str!("../../shaders/glass/label.wgsl")],
 };
 /// Labels by step 3.
 pub const SETTLE: ShaderSource = ShaderSource {
@@ -94,10 +90,8 @@ pub const CLEAN: ShaderSource = ShaderSource {
 };
 
 /// All passes of [`Glass`].
-pub const LABELLING: [ShaderSource; 14] = [
-    CLEAR, ORGANIZE, PEAK, CANDIDATE, GATHER, SCORE, FIT, SURVEY, ACCEPT, REMEMBER, MIRROR, AROUND, LABEL,
-    SETTLE,
-];
+pub const LABELLING: [ShaderSource; 13] =
+    [CLEAR, ORGANIZE, PEAK, CANDIDATE, GATHER, SCORE, FIT, SURVEY, ACCEPT, REMEMBER, MIRROR, LABEL, SETTLE];
 
 /// Panes that are searched for in one scan (`SCAN_PANES`).
 pub const SCAN_PANES: u32 = 4;
@@ -112,7 +106,9 @@ pub const MOST_POINTS: u32 = 1 << 18;
 /// Invocations that count one hypothesis (`PARTS` of `glass/score`).
 const SCORE_PARTS: u32 = 16;
 /// Hypotheses that one invocation counts (`TOGETHER`).
-const SCORED_TOGETHER: u32 = 4;
+const SCORED_TOGETHER: u32 = 8;
+/// Beams or points that one invocation takes in turn (`EACH`).
+const BATCH: u32 = 8;
 /// Squares of the survey, times its counts.
 const SURVEY_WORDS: u64 = 5 * 8192;
 /// Counters of a scan.
@@ -246,14 +242,13 @@ impl Glass {
                 &from,
             )?;
             plan.step(FIT, Invocations::line(1), &from)?;
-            plan.step(SURVEY, Invocations::line(size), &[])?;
+            plan.step(SURVEY, Invocations::line(size.div_ceil(BATCH)), &[])?;
             plan.step(ACCEPT, Invocations::line(1), &[("candidates", list), ("left", left)])?;
         }
         plan.step(REMEMBER, Invocations::line(1), &[])?;
-        plan.step(MIRROR, Invocations::line(size), &[])?;
-        plan.step(AROUND, Invocations::line(size), &[])?;
+        plan.step(MIRROR, Invocations::line(capacity.div_ceil(4)), &[])?;
         plan.step(LABEL, Invocations::line(capacity), &[])?;
-        plan.step(SETTLE, Invocations::line(capacity), &[])
+        plan.step(SETTLE, Invocations::line(capacity.div_ceil(BATCH)), &[])
     }
 
     fn declare(&self, plan: &mut Plan, capacity: u32) -> Result<()> {
@@ -269,7 +264,6 @@ impl Glass {
             ("cells", 8 * size),
             ("mirrored", 4 * size),
             ("peaks", 4 * size),
-            ("around", 8 * size),
             ("candidate_bits", 4 * size.div_ceil(32)),
             ("places", 4 * u64::from(capacity)),
             ("labels", 4 * u64::from(capacity)),

@@ -98,3 +98,27 @@ fn a_pose_that_jumps_gives_a_second_pane_and_no_error() {
     let error = labeller.label(&scan, nowhere).unwrap_err().to_string();
     assert!(error.contains("pose"), "{error}");
 }
+
+#[test]
+fn truth_a_grazing_pane_is_not_found_and_a_kept_one_still_labels_by_it() {
+    if skipped() {
+        return;
+    }
+    let here = GlassRoom { yaw: 0.0, ..GlassRoom::default() };
+    // The pane begins 1.6 m to the side and is 0.5 m away: no beam meets it within 70 degrees of head on.
+    let grazing = GlassRoom { sensor_m: DVec3::new(3.5, -3.4, 0.0), ..here };
+    let (scan, truth) = grazing.scan();
+    assert!(truth.iter().all(|t| t.class != PointClass::Glass), "no beam returns from the glass");
+    let alone = super::label(&super::alone(), &scan);
+    assert!(alone.panes.is_empty(), "{:?}", alone.counters);
+    let mut labeller = Labeller::open(&Config::default(), &here.scan().0, None, false).unwrap();
+    labeller.label(&here.scan().0, pose(&here)).unwrap();
+    for _ in 0..4 {
+        let labelled = labeller.label(&scan, pose(&grazing)).unwrap();
+        assert_eq!((labelled.counters.found_panes, labelled.panes.len()), (0, 1));
+        assert_eq!(labelled.panes[0].misses, 0, "beams that graze it prove nothing");
+        let behind = labelled.classes.iter().zip(&truth).filter(|(_, t)| t.class != PointClass::Inside);
+        let in_place = behind.clone().filter(|((class, _), _)| *class == PointClass::Inside).count();
+        assert!(20 * in_place <= behind.count(), "{in_place} stay inside");
+    }
+}

@@ -1,6 +1,7 @@
 //! Panes, labels and memory on analytic rooms and real recordings.
 
 mod bad_input;
+mod command;
 mod labels;
 mod memory;
 mod metrics;

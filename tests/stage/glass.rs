@@ -1,4 +1,4 @@
-//! The organized cloud. What the later passes do is tested as a whole, on analytic rooms (`tests/glass`).
+//! The organized cloud.
 
 use limpid::Config;
 use limpid::geometry::Rigid;

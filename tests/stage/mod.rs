@@ -4,6 +4,8 @@ mod align_color;
 mod back_project;
 mod drm;
 mod glass;
+mod glass_labels;
+mod glass_search;
 mod goal_inflation;
 mod inflate;
 mod ingest;

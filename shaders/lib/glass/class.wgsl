@@ -11,6 +11,13 @@ fn label_of(kind: u32, pane_id: u32) -> u32 {
     return kind | (pane_id << 8u);
 }
 
+// A label that is still open: the beam meets the pane in this slot, and the point lies on it or behind it.
+const MEETS = 0x80u;
+
+fn label_meeting(slots: vec4<u32>) -> vec4<u32> {
+    return vec4(MEETS) | (slots << vec4(8u));
+}
+
 // Per pane counts of a scan (PANE_COUNTS words each).
 const PANE_COUNTS = 8u;
 const REFLECTIONS = 0u;     // points behind shown to be reflections

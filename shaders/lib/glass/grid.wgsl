@@ -66,7 +66,9 @@ fn cell_word(range_m: f32, index: u32) -> u32 {
 
 fn column_of(p: vec3<f32>, columns: u32) -> u32 {
     let turn = atan2(p.y, p.x) / (2.0 * PI) + 1.0;
-    return u32(round(turn * f32(columns))) % columns;
+    // At most one and a half times round; a remainder costs more than all else here.
+    let column = u32(round(turn * f32(columns)));
+    return select(column, column - columns, column >= columns);
 }
 
 fn elevation_bin(p: vec3<f32>) -> u32 {
@@ -74,5 +76,8 @@ fn elevation_bin(p: vec3<f32>) -> u32 {
     return u32(clamp(share * ELEVATION_BINS, 0.0, ELEVATION_BINS - 1.0));
 }
 
-// Bits of a count of cells along azimuth; ranges in millimetres stand above it.
-const COUNT_BITS = 6u;
+// Turns of a loop that stands for an `if`: drivers that run both sides of a branch under a mask leave a loop as soon as no
+// lane needs it.
+fn turns_if(condition: bool) -> u32 {
+    return select(0u, 1u, condition);
+}

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use limpid::geometry::Rigid;
 use limpid::glass::Labeller;
-use limpid::glass::metrics::{ClassScore, GlassScores, GlassTally};
+use limpid::glass::metrics::{ClassScore, GlassScores, GlassTally, drop_behind_planes};
 use limpid::recording::points::{self, Options, Scan};
 use limpid::recording::trajectory;
 use limpid::{Config, Error, Result};
@@ -28,6 +28,7 @@ pub(super) fn is_scans(path: &Path) -> bool {
 #[derive(Default)]
 struct Evaluation {
     tally: GlassTally,
+    baseline: GlassTally,
     panes: u64,
     scans: u64,
     unlabelled_scans: u64,
@@ -79,6 +80,7 @@ fn evaluate(
         let labelled = labeller.label(&scan, pose)?;
         evaluation.times.push(start.elapsed());
         evaluation.tally.add(&scan, &labelled);
+        evaluation.baseline.add(&scan, &drop_behind_planes(&scan, &labelled.panes));
         evaluation.panes += labelled.panes.len() as u64;
         evaluation.scans += 1;
     }
@@ -94,11 +96,12 @@ fn pose_of(scan: &Scan, poses: Option<&[(u64, Rigid)]>) -> Option<Rigid> {
 }
 
 fn report(arguments: &EvalArguments, evaluation: &Evaluation, memory: bool) -> Result<()> {
-    let scores = evaluation.tally.scores();
+    let (scores, baseline) = (evaluation.tally.scores(), evaluation.baseline.scores());
     let mut times = evaluation.times.clone();
     times.sort();
     let ms_per_scan = times.get(times.len() / 2).map_or(0.0, |time| time.as_secs_f64() * 1e3);
     print_table(&scores);
+    print_baseline(&baseline);
     #[expect(clippy::cast_precision_loss, reason = "counts of scans and panes are small")]
     let panes = evaluation.panes as f64 / evaluation.scans as f64;
     let memory_word = if memory { "with memory" } else { "every scan by itself" };
@@ -112,11 +115,23 @@ fn report(arguments: &EvalArguments, evaluation: &Evaluation, memory: bool) -> R
     }
     let Some(path) = &arguments.json else { return Ok(()) };
     let mut figures = json!(scores);
+    figures["baseline"] = json!(baseline);
     figures["panes"] = json!(panes);
     figures["ms_per_scan"] = json!(ms_per_scan);
     figures["scans"] = json!(evaluation.scans);
     figures["memory"] = json!(memory);
     save(path, &format!("{figures:#}\n"))
+}
+
+fn print_baseline(baseline: &GlassScores) {
+    let GlassScores { classes, reflections_left, normal_lost, mirrored_within_0_2_m: mirrored } = baseline;
+    let [inside, reflection, outside] = [classes.inside, classes.reflection, classes.outside].map(|c| c.iou);
+    println!(
+        "baseline, all more than 0.1 m behind a pane's endless plane dropped: IoU inside {inside:.3}, glass {:.3}, reflection \
+         {reflection:.3}, outside {outside:.3}; reflections left {reflections_left:.4}, normal lost {normal_lost:.4}, mirrored \
+         {mirrored:.3}",
+        classes.glass.iou
+    );
 }
 
 fn print_table(scores: &GlassScores) {
