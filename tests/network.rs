@@ -152,7 +152,8 @@ fn other_weights_compile_nothing() {
         ]
     };
     let before = counts(&inference);
-    assert!(before[0] > 5 && before[2] > 5, "{before:?}");
+    // Tensors are textures on CPU adapters, buffers on GPUs.
+    assert!(before[0] > 5 && before[2].max(before[3]) > 5, "{before:?}");
     inference.reload(other.clone()).unwrap();
     let reloaded = inference.run(&input.1).unwrap();
     assert_eq!(counts(&inference), before);

@@ -4,8 +4,8 @@
     python weights/train.py SAMPLES... -o weights/drm-net.safetensors [--validate SAMPLES...] [--reference true|measured]
 
 The loss is the mean of |R - target| over pixels with a reference (`--loss bce`: their cross entropy, for comparison). Batch norm
-follows every convolution but the head's, and is folded into scale and bias at export. The same seed, samples and thread count give
-the same file on the same machine. What is exported is a running average of the weights; an interrupt (Ctrl-C) ends training early
+follows every convolution but the head's, and is folded into scale and bias at export. The same seed, samples and thread count (on a
+CPU) give the same file on the same machine. What is exported is a running average of the weights; an interrupt (Ctrl-C) ends training early
 and exports what there is.
 """
 
@@ -13,6 +13,7 @@ import argparse
 import copy
 import json
 import math
+import os
 import pathlib
 import signal
 import time
@@ -56,6 +57,15 @@ ARCHITECTURE = [
 ]
 
 
+def doubled(image, dim):
+    """Twice as long along `dim`: bilinear without aligned corners, of sums alone, whose gradient is the same in every run."""
+    size = image.shape[dim]
+    before = torch.cat([image.narrow(dim, 0, 1), image.narrow(dim, 0, size - 1)], dim)
+    behind = torch.cat([image.narrow(dim, 1, size - 1), image.narrow(dim, size - 1, 1)], dim)
+    pairs = torch.stack([0.75 * image + 0.25 * before, 0.75 * image + 0.25 * behind], dim + 1)
+    return pairs.flatten(dim, dim + 1)
+
+
 class DrmNet(nn.Module):
     """The network as the layer list says; `convs` holds (convolution, batch norm) by the prefix of their tensors."""
 
@@ -84,7 +94,7 @@ class DrmNet(nn.Module):
         for block in self.architecture:
             name = block["name"]
             if block.get("upsample", 1) == 2:
-                now = F.interpolate(now, scale_factor=2, mode="bilinear", align_corners=False)
+                now = doubled(doubled(now, 2), 3)
             if "skip" in block:
                 now = torch.cat([now, kept[block["skip"]]], 1)
             if block["op"] == "separable":
@@ -106,8 +116,8 @@ class DrmNet(nn.Module):
                 scale = norm.weight.double() / torch.sqrt(norm.running_var.double() + norm.eps)
                 weight = conv.weight.double() * scale[:, None, None, None]
                 bias = norm.bias.double() - norm.running_mean.double() * scale
-            tensors[f"{prefix}.weight"] = weight.detach().float().numpy().copy()
-            tensors[f"{prefix}.bias"] = bias.detach().float().numpy().copy()
+            tensors[f"{prefix}.weight"] = weight.detach().float().cpu().numpy().copy()
+            tensors[f"{prefix}.bias"] = bias.detach().float().cpu().numpy().copy()
         tensors["head.weight"] *= np.float32(sharpen)
         tensors["head.bias"] *= np.float32(sharpen)
         tensors["head.bias"] += np.float32(logit(INSERTED) - sharpen * logit(at))
@@ -117,7 +127,7 @@ class DrmNet(nn.Module):
     def unfold(self, path, batches):
         """Takes on the weights of a file, as they were before it was sharpened; batch norm gets the statistics of `batches` and the scale
         that undoes them."""
-        with safe_open(path, "pt") as file:
+        with safe_open(path, "pt", str(self.convs["head"].weight.device)) as file:
             tensors = {name: file.get_tensor(name) for name in file.keys()}
             before = json.loads(file.metadata().get("training", "{}"))
         sharpen, at = before.get("sharpen", 1.0), before.get("at", INSERTED)
@@ -157,60 +167,73 @@ def restoring(norm, bias):
 
 
 class Samples:
-    """Inputs, targets and masks of all frames in some files; arrays are of whole numbers of 1/65535 to fit in memory."""
+    """Inputs (half precision), targets (counts of 255 or 1) and masks of all frames in some files, on a device."""
 
-    def __init__(self, paths, reference, target):
+    def __init__(self, paths, reference, target, device):
         prefix = "true_" if reference == "true" else ""
         depth = "true_depth_m" if reference == "true" else "reference_m"
-        self.inputs, self.targets, self.known, self.names = [], [], [], []
+        inputs, targets, known, self.names = [], [], [], []
         for path in sorted(paths):
             with safe_open(path, "np") as file:
                 if depth not in file.keys():
                     raise SystemExit(f"{path}: has no tensor `{depth}`; the recording has no ground truth")
-                self.inputs.append(file.get_tensor("input").astype(np.float16))
+                inputs.append(file.get_tensor("input").astype(np.float16))
                 wanted = file.get_tensor(prefix + target)
-                self.targets.append(np.round(wanted * (255 if target == "soft" else 1)).astype(np.uint8))
-                self.known.append(file.get_tensor(depth) > 0)
+                targets.append(np.round(wanted * (255 if target == "soft" else 1)).astype(np.uint8))
+                known.append(file.get_tensor(depth) > 0)
                 self.names += [pathlib.Path(path).stem] * len(wanted)
         self.scale = 255.0 if target == "soft" else 1.0
-        self.inputs, self.targets, self.known = map(np.concatenate, (self.inputs, self.targets, self.known))
+        self.inputs, self.targets, self.known = (
+            torch.from_numpy(np.concatenate(part)).to(device) for part in (inputs, targets, known))
 
     def __len__(self):
         return len(self.inputs)
 
     def batch(self, which):
-        at = np.asarray(which)
-        inputs = torch.from_numpy(self.inputs[at].astype(np.float32))
-        targets = torch.from_numpy(self.targets[at].astype(np.float32) / self.scale)[:, None]
-        return inputs, targets, torch.from_numpy(self.known[at])[:, None]
+        """Whole frames: N x 5 x rows x columns, N x 1 x rows x columns, the same."""
+        return self.cut(which, (ROWS, COLUMNS), None)
+
+    def cut(self, which, crop, random):
+        """Crops at places that `random` draws, every other one mirrored; whole frames where there is none."""
+        image = torch.as_tensor(which, device=self.inputs.device)[:, None, None]
+        (rows, columns), count = crop, len(image)
+        at = lambda length: torch.arange(length, device=self.inputs.device).expand(count, length)
+        y, x = at(rows), at(columns)
+        if random is not None:
+            y = y + random.whole(ROWS - rows + 1, (count, 1))
+            x = torch.where(random.within(0, 1, (count, 1)) < 0.5, x.flip(1), x) + random.whole(COLUMNS - columns + 1, (count, 1))
+        y, x = y[:, :, None], x[:, None, :]
+        inputs = self.inputs[image, :, y, x].permute(0, 3, 1, 2).float()
+        return inputs, self.targets[image, y, x].float()[:, None] / self.scale, self.known[image, y, x][:, None]
 
 
-def augment(inputs, targets, known, crop, random):
-    """Crops, flips, exposure, gain and noise of colour; noise of depth far below delta; some frames without one before them."""
-    rows, columns = crop
-    cut = []
-    for image in range(len(inputs)):
-        y = int(random.integers(0, ROWS - rows + 1))
-        x = int(random.integers(0, COLUMNS - columns + 1))
-        part = (slice(image, image + 1), slice(None), slice(y, y + rows), slice(x, x + columns))
-        parts = [tensor[part] for tensor in (inputs, targets, known)]
-        if random.random() < 0.5:
-            parts = [part.flip(3) for part in parts]
-        cut.append(parts)
-    inputs, targets, known = (torch.cat([parts[k] for parts in cut]) for k in range(3))
-    count = len(inputs)
-    draw = lambda low, high, shape: torch.from_numpy(random.uniform(low, high, shape).astype(np.float32))
-    exposure = torch.exp2(draw(-1.0, 0.7, (count, 1, 1, 1)))
-    balance = draw(0.85, 1.15, (count, 3, 1, 1))
-    gamma = draw(0.75, 1.35, (count, 1, 1, 1))
-    noise = draw(0.0, 0.03, (count, 1, 1, 1)) * torch.from_numpy(
-        random.standard_normal((count, 3, rows, columns), np.float32))
+class Random:
+    """Draws on the device that holds the samples."""
+
+    def __init__(self, seed, device):
+        self.of = {"generator": torch.Generator(device).manual_seed(seed), "device": device}
+
+    def within(self, low, high, shape):
+        return low + (high - low) * torch.rand(shape, **self.of)
+
+    def normal(self, shape):
+        return torch.randn(shape, **self.of)
+
+    def whole(self, end, shape):
+        return torch.randint(0, end, shape, **self.of)
+
+
+def augment(inputs, random):
+    """Exposure, gain, gamma and noise of colour; noise of depth far below delta; some frames without one before them."""
+    count, _, rows, columns = inputs.shape
+    draw = lambda low, high, channels=1: random.within(low, high, (count, channels, 1, 1))
+    exposure, balance, gamma = torch.exp2(draw(-1.0, 0.7)), draw(0.85, 1.15, 3), draw(0.75, 1.35)
+    noise = draw(0.0, 0.03) * random.normal((count, 3, rows, columns))
     color = (inputs[:, :3].clamp(min=1e-4) ** gamma * exposure * balance + noise).clamp(0, 1)
     depth, change = inputs[:, 3:4], inputs[:, 4:5]
-    change = change * (draw(0, 1, (count, 1, 1, 1)) > FIRST_FRAMES).float()
-    jitter = 1 + 0.002 * torch.from_numpy(random.standard_normal((count, 1, rows, columns), np.float32))
-    inputs = torch.cat([color, depth * jitter, change], 1)
-    return inputs, targets, known
+    change = change * (draw(0, 1) > FIRST_FRAMES).float()
+    jitter = 1 + 0.002 * random.normal((count, 1, rows, columns))
+    return torch.cat([color, depth * jitter, change], 1)
 
 
 def loss_of(logits, targets, known, inputs, settings):
@@ -234,7 +257,7 @@ def scores(net, samples, every):
             reliability = torch.sigmoid(net(inputs))
             valid = (known & (inputs[:, 3:4] > 0)).flatten()
             level = samples.names[index].split("-")[0]
-            pair = (reliability.flatten()[valid].numpy(), targets.flatten()[valid].numpy() > 0.5)
+            pair = (reliability.flatten()[valid].cpu().numpy(), targets.flatten()[valid].cpu().numpy() > 0.5)
             found.setdefault(level, []).append(pair)
     lines = []
     for level, pairs in sorted(found.items()):
@@ -284,6 +307,7 @@ def parse():
     parser.add_argument("--hole-weight", type=float, default=0.1)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--threads", type=int, default=2)
+    parser.add_argument("--device", default="cpu", help="cpu, or cuda for an NVIDIA GPU")
     parser.add_argument("--report", type=int, default=100, help="steps between lines of the log")
     return parser.parse_args()
 
@@ -304,12 +328,12 @@ class Average:
 
 
 def rate_at(step, steps, rate):
-    """Rises over 50 steps, falls with the root of the step after 400, and to nothing over the last fifth."""
-    return rate * min((step + 1) / 50, 1.0, (steps - step) / (0.2 * steps)) / max(1.0, step / 400) ** 0.5
+    """Rises over 50 steps and falls to nothing along half a cosine."""
+    return rate * min((step + 1) / 50, 1.0) * 0.5 * (1 + math.cos(math.pi * step / steps))
 
 
 def settings_of(arguments, samples, steps):
-    names = ("reference", "target", "loss", "sharpen", "at", "batch", "crop", "rate", "hole_weight", "seed", "threads")
+    names = ("reference", "target", "loss", "sharpen", "at", "batch", "crop", "rate", "hole_weight", "seed", "threads", "device")
     settings = {name: getattr(arguments, name) for name in names}
     if arguments.init:
         with safe_open(arguments.init, "np") as file:
@@ -318,31 +342,32 @@ def settings_of(arguments, samples, steps):
     return settings | {"steps": steps, "frames": len(samples), "samples": recordings, "torch": torch.__version__}
 
 
-def main():
-    arguments = parse()
-    torch.manual_seed(arguments.seed)
-    torch.set_num_threads(arguments.threads)
-    torch.use_deterministic_algorithms(True)
-    random = np.random.default_rng(arguments.seed)
-    samples = Samples(arguments.samples, arguments.reference, arguments.target)
-    validation = Samples(arguments.validate, "true", "binary") if arguments.validate else []
-    print(f"{len(samples)} frames for training, {len(validation)} for validation", flush=True)
-    net = DrmNet(ARCHITECTURE).to(memory_format=torch.channels_last)
+def begin(arguments, samples):
+    """The network on its device, new or from a file."""
+    net = DrmNet(ARCHITECTURE)
     nn.init.constant_(net.convs["head"].bias, 1.0)
+    net = net.to(arguments.device, memory_format=torch.channels_last)
     if arguments.init:
-        net.unfold(arguments.init, samples.batch(random.permutation(len(samples))[:16])[0])
-    average = Average(net)
+        some = np.random.default_rng(arguments.seed).permutation(len(samples))[:16]
+        net.unfold(arguments.init, samples.batch(some)[0])
+    return net
+
+
+def train(net, samples, validation, arguments):
+    """Runs the steps, reporting and exporting between them; returns the averaged network and how many steps were made."""
+    average, random = Average(net), Random(arguments.seed, arguments.device)
+    order_of = np.random.default_rng(arguments.seed)
     optimizer = torch.optim.AdamW(net.parameters(), arguments.rate, weight_decay=1e-4)
-    start, total, order, interrupted = time.time(), 0.0, [], []
+    start, total, order, interrupted, step = time.time(), 0.0, [], [], 0
     signal.signal(signal.SIGINT, lambda *_: interrupted.append(True))
-    step = 0
     while step < arguments.steps and not interrupted:
         for group in optimizer.param_groups:
             group["lr"] = rate_at(step, arguments.steps, arguments.rate)
         while len(order) < arguments.batch:
-            order += list(random.permutation(len(samples)))
+            order += list(order_of.permutation(len(samples)))
         which, order = order[: arguments.batch], order[arguments.batch :]
-        inputs, targets, known = augment(*samples.batch(which), arguments.crop, random)
+        inputs, targets, known = samples.cut(which, arguments.crop, random)
+        inputs = augment(inputs, random)
         logits = net(inputs.contiguous(memory_format=torch.channels_last))
         loss = loss_of(logits, targets, known, inputs, arguments)
         optimizer.zero_grad(set_to_none=True)
@@ -351,16 +376,29 @@ def main():
         optimizer.step()
         average.update(net)
         step += 1
-        total += loss.item()
+        total = total + loss.detach()
         if step % arguments.report == 0:
             seen = f"; {scores(average.net, validation, 7)}" if len(validation) else ""
-            print(f"step {step} {time.time() - start:.0f} s loss {total / arguments.report:.4f}{seen}", flush=True)
+            print(f"step {step} {time.time() - start:.0f} s loss {float(total) / arguments.report:.4f}{seen}", flush=True)
             total = 0.0
             export(average.net, arguments.output, settings_of(arguments, samples, step))
-    export(average.net, arguments.output, settings_of(arguments, samples, step))
-    print(f"exported after {step} steps and {time.time() - start:.0f} s", flush=True)
+    print(f"{step} steps in {time.time() - start:.0f} s", flush=True)
+    return average.net, step
+
+
+def main():
+    arguments = parse()
+    os.environ.setdefault("CUBLAS_WORKSPACE_CONFIG", ":4096:8")  # what CUDA asks for to give the same bits in every run
+    torch.manual_seed(arguments.seed)
+    torch.set_num_threads(arguments.threads)
+    torch.use_deterministic_algorithms(True)
+    samples = Samples(arguments.samples, arguments.reference, arguments.target, arguments.device)
+    validation = Samples(arguments.validate, "true", "binary", arguments.device) if arguments.validate else []
+    print(f"{len(samples)} frames for training, {len(validation)} for validation", flush=True)
+    net, step = train(begin(arguments, samples), samples, validation, arguments)
+    export(net, arguments.output, settings_of(arguments, samples, step))
     if len(validation):
-        print(scores(average.net, validation, 1), flush=True)
+        print(scores(net, validation, 1), flush=True)
 
 
 if __name__ == "__main__":
