@@ -252,7 +252,7 @@ impl Default for Config {
         Self {
             method: Method::Auto,
             weights: String::new(),
-            fusion: Fusion::Gate,
+            fusion: Fusion::Weight,
             depth_topic: String::new(),
             depth_info_topic: String::new(),
             color_topic: String::new(),

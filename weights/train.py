@@ -301,6 +301,7 @@ def parse():
     parser.add_argument("--target", choices=["binary", "soft"], default="binary")
     parser.add_argument("--loss", choices=["l1", "bce"], default="l1")
     parser.add_argument("--steps", type=int, default=2000)
+    parser.add_argument("--end", type=int, metavar="STEP", help="end at this step, as an interrupt there would")
     parser.add_argument("--batch", type=int, default=8)
     parser.add_argument("--crop", type=int, nargs=2, default=[128, 160], help="rows and columns, multiples of 16")
     parser.add_argument("--rate", type=float, default=4e-3)
@@ -360,7 +361,7 @@ def train(net, samples, validation, arguments):
     optimizer = torch.optim.AdamW(net.parameters(), arguments.rate, weight_decay=1e-4)
     start, total, order, interrupted, step = time.time(), 0.0, [], [], 0
     signal.signal(signal.SIGINT, lambda *_: interrupted.append(True))
-    while step < arguments.steps and not interrupted:
+    while step < min(arguments.steps, arguments.end or arguments.steps) and not interrupted:
         for group in optimizer.param_groups:
             group["lr"] = rate_at(step, arguments.steps, arguments.rate)
         while len(order) < arguments.batch:
