@@ -13,9 +13,13 @@ const LEAST_RANGE_M = 0.05;
 // Farther than this no coordinate is taken for measured.
 const MOST_RANGE_M = 1000.0;
 
+// The ring of a point that has none (recording::points::Point::UNKNOWN).
+const NO_RING = 0xffffu;
+
+// By ring; by elevation where no point has a ring, or this one has none.
 fn row_of(p: vec3<f32>, ring: u32) -> u32 {
     var row = NONE;
-    for (var turn = 0u; turn < turns_if(glass_params.rings == 0u); turn++) {
+    for (var turn = 0u; turn < turns_if(glass_params.rings == 0u || ring == NO_RING); turn++) {
         row = elevation_rows[elevation_bin(p)];
     }
     if ring < glass_params.rings {
