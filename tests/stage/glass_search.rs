@@ -316,7 +316,21 @@ fn remember(kept: &Pane, fresh: &Pane, pose: Rigid) -> (Vec<Pane>, Vec<Pane>) {
         .changed("kept", &header(kept.id, &list))
         .changed("pane_counts", &[0_u32; 128])
         .output("panes", 4 + 16 * 16)
+        .changed("met_points", &[9_u32; 2])
+        .texture_output("pane_texels", 4, 16)
         .run(REMEMBER, Invocations::line(1));
+    assert_eq!(out.words("met_points")[0], 0);
+    // The texels are the panes, with numbers as floats.
+    for (slot, (texels, pane)) in
+        out.floats("pane_texels").chunks(16).zip(out.words("panes")[4..].chunks(16)).enumerate()
+    {
+        assert!(
+            texels[..12].iter().map(|value| value.to_bits()).eq(pane[..12].iter().copied()),
+            "slot {slot}"
+        );
+        let numbers = [pane[12], pane[13], out.words("panes")[0], 0].map(|number| number as f32);
+        assert_eq!(texels[12..], numbers, "slot {slot}");
+    }
     let read = |name: &str| {
         let panes = out.words(name)[4..].chunks(16);
         panes.map(|words| bytemuck::pod_read_unaligned::<Pane>(cast_slice(words))).collect()
