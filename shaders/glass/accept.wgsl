@@ -31,7 +31,6 @@ const NEAR_PANE_M = 0.3;
 var<workgroup> sums: array<vec4<u32>, LANES>;
 var<workgroup> bounds: vec4<u32>;      // first and last square of u, first and last of v
 var<workgroup> accepted: bool;
-var<workgroup> passing: array<u32, LANES>;
 
 fn counts_at(u: u32, v: u32) -> vec4<u32> {
     let at = v * SURVEY_WIDE + u;
@@ -69,13 +68,20 @@ fn shown_in(line: u32) -> u32 {
     return sum;
 }
 
-// Beams that go through an upright line of squares of the pane.
-fn through(line: u32) -> u32 {
-    var sum = 0u;
+// Of an upright line of squares of the pane, beams that go through; that show glass by two returns; and where glass no longer
+// shows, too far from head on, beams that end there and beams that go on.
+fn beams_at(line: u32) -> vec4<u32> {
+    var sum = vec4(0u);
     if line >= bounds.x && line <= bounds.y {
-        for (var v = bounds.z; v <= bounds.w; v++) {
-            let at = v * SURVEY_WIDE + line;
-            sum += survey[SHOWN * SURVEY_SQUARES + at] + survey[BEYOND * SURVEY_SQUARES + at];
+        let d = found.plane.w;
+        let u = SQUARE_M * (f32(line) + 0.5 - 0.5 * f32(SURVEY_WIDE));
+        for (var row = bounds.z; row <= bounds.w; row++) {
+            let v = SQUARE_M * (f32(row) + 0.5 - 0.5 * f32(SURVEY_HIGH));
+            let oblique = d < glass_params.visible_cos * sqrt(d * d + u * u + v * v);
+            let shown = survey[SHOWN * SURVEY_SQUARES + row * SURVEY_WIDE + line];
+            let counts = counts_at(line, row);
+            let ends = select(0u, counts.x + counts.y + counts.z, oblique);
+            sum += vec4(shown + counts.w, shown, ends, select(0u, counts.w, oblique));
         }
     }
     return sum;
@@ -201,14 +207,16 @@ fn accept(@builtin(local_invocation_index) lane: u32) {
         }
         workgroupBarrier();
     }
-    passing[lane] = through(lane);
+    sums[lane] = beams_at(lane);
     workgroupBarrier();
     for (var once = 0u; once < turns_if(lane == 0u); once++) {
-        var behind = 0u;
+        var sum = vec4(0u);
         for (var k = 0u; k < LANES; k++) {
-            behind += passing[k];
+            sum += sums[k];
         }
-        accepted = accepted && behind >= glass_params.min_behind;
+        // What shines head on and yet stops the beams that come aslant is a wall with a gloss.
+        let wall = sum.y == 0u && sum.z > sum.w;
+        accepted = accepted && sum.x >= glass_params.min_behind && !wall;
     }
     workgroupBarrier();
     let pane = pane_under_test();
