@@ -20,6 +20,8 @@ const RETURNS: &str = include_str!("../../shaders/lib/glass/returns.wgsl");
 const FOUND: &str = include_str!("../../shaders/lib/glass/found.wgsl");
 const HYPOTHESIS: &str = include_str!("../../shaders/lib/glass/hypothesis.wgsl");
 const PANE: &str = include_str!("../../shaders/lib/glass/pane.wgsl");
+const CANDIDATES: &str = include_str!("../../shaders/lib/glass/candidates.wgsl");
+const CANDIDATE_AT: &str = include_str!("../../shaders/lib/glass/candidate_at.wgsl");
 const PANE_TEXELS: &str = include_str!("../../shaders/lib/glass/pane_texels.wgsl");
 const PLACED: &str = include_str!("../../shaders/lib/glass/placed.wgsl");
 const CLASS: &str = include_str!("../../shaders/lib/glass/class.wgsl");
@@ -55,17 +57,42 @@ pub const CANDIDATE: ShaderSource = ShaderSource {
 /// Their list.
 pub const GATHER: ShaderSource = ShaderSource {
     name: "glass/gather",
-    parts: &[GRID, POINTS, POINT, COUNTERS, FOUND, PREFIX, include_str!("../../shaders/glass/gather.wgsl")],
+    parts: &[
+        GRID,
+        CANDIDATES,
+        POINTS,
+        POINT,
+        COUNTERS,
+        FOUND,
+        PREFIX,
+        include_str!("../../shaders/glass/gather.wgsl"),
+    ],
 };
 /// Hypotheses.
 pub const SCORE: ShaderSource = ShaderSource {
     name: "glass/score",
-    parts: &[GRID, PANE, FOUND, HYPOTHESIS, include_str!("../../shaders/glass/score.wgsl")],
+    parts: &[
+        GRID,
+        CANDIDATES,
+        CANDIDATE_AT,
+        PANE,
+        FOUND,
+        HYPOTHESIS,
+        include_str!("../../shaders/glass/score.wgsl"),
+    ],
 };
 /// Least squares.
 pub const FIT: ShaderSource = ShaderSource {
     name: "glass/fit",
-    parts: &[GRID, PANE, FOUND, HYPOTHESIS, include_str!("../../shaders/glass/fit.wgsl")],
+    parts: &[
+        GRID,
+        CANDIDATES,
+        CANDIDATE_AT,
+        PANE,
+        FOUND,
+        HYPOTHESIS,
+        include_str!("../../shaders/glass/fit.wgsl"),
+    ],
 };
 /// What beams show of a plane.
 pub const SURVEY: ShaderSource = ShaderSource {
@@ -75,7 +102,16 @@ pub const SURVEY: ShaderSource = ShaderSource {
 /// Panes and their boundaries.
 pub const ACCEPT: ShaderSource = ShaderSource {
     name: "glass/accept",
-    parts: &[GRID, COUNTERS, PANE, FOUND, PREFIX, include_str!("../../shaders/glass/accept.wgsl")],
+    parts: &[
+        GRID,
+        CANDIDATES,
+        CANDIDATE_AT,
+        COUNTERS,
+        PANE,
+        FOUND,
+        PREFIX,
+        include_str!("../../shaders/glass/accept.wgsl"),
+    ],
 };
 /// Panes over time.
 pub const REMEMBER: ShaderSource = ShaderSource {
@@ -132,6 +168,8 @@ pub const SCAN_PANES: u32 = 4;
 pub const KEPT_PANES: usize = 16;
 /// Candidates that are looked at (`MOST_CANDIDATES`).
 pub const MOST_CANDIDATES: u32 = 4096;
+/// Candidates in a row of their texture (`CANDIDATE_ROW`).
+pub const CANDIDATE_ROW: u32 = 64;
 /// Hypotheses for one plane, at most (`MOST_HYPOTHESES`).
 pub const MOST_HYPOTHESES: u32 = 512;
 /// Points of a scan that the cells can number (`INDEX_BITS`).
@@ -299,14 +337,16 @@ impl Glass {
             ("peaks", 4 * size),
             ("candidate_bits", 4 * size.div_ceil(32)),
             ("met_points", 8 + 8 * u64::from(capacity)),
-            ("candidates_even", 16 * u64::from(MOST_CANDIDATES)),
-            ("candidates_odd", 16 * u64::from(MOST_CANDIDATES)),
             ("scores", 4 * u64::from(MOST_HYPOTHESES)),
             ("found", 48),
             ("survey", 4 * SURVEY_WORDS),
             ("scan_panes", pane * u64::from(SCAN_PANES)),
         ] {
             plan.scratch(name, bytes)?;
+        }
+        for name in ["candidates_even", "candidates_odd"] {
+            let height = MOST_CANDIDATES / CANDIDATE_ROW;
+            plan.texture(name, Extent { width: CANDIDATE_ROW, height, layers: 1 })?;
         }
         let height = capacity.div_ceil(POINT_ROW);
         plan.texture("placed", Extent { width: POINT_ROW, height, layers: 1 })?;

@@ -122,7 +122,7 @@ fn truth_a_wall_that_shines_head_on_and_stops_slanting_beams_is_no_pane() {
     for (point, truth) in scan.points.iter_mut().zip(&truth) {
         let along_m = normal.dot(DVec3::from(point.position_m().map(f64::from)));
         let share = (distance_m / along_m) as f32;
-        if truth.class != PointClass::Inside && truth.class != PointClass::Glass && share * point.y_m < 1.4 {
+        if truth.class != PointClass::Inside && truth.class != PointClass::Glass && share * point.y_m < 1.5 {
             (point.x_m, point.y_m, point.z_m) = (share * point.x_m, share * point.y_m, share * point.z_m);
         }
     }

@@ -6,7 +6,9 @@ use limpid::Config;
 use limpid::geometry::Rigid;
 use limpid::glass::{BeamGrid, Pane};
 use limpid::gpu::Invocations;
-use limpid::stage::glass::{ACCEPT, CANDIDATE, FIT, Glass, GlassMoment, GlassParams, REMEMBER, SCORE};
+use limpid::stage::glass::{
+    ACCEPT, CANDIDATE, CANDIDATE_ROW, FIT, Glass, GlassMoment, GlassParams, MOST_CANDIDATES, REMEMBER, SCORE,
+};
 
 use crate::reference::glass::{hypothesis, is_candidate, lower_quartile, refined, refit};
 use crate::support::glass_room::GlassRoom;
@@ -110,7 +112,7 @@ fn scores(candidates: &[[f32; 4]], params: &GlassParams) -> Vec<u32> {
     let padded: Vec<[f32; 4]> = candidates.iter().copied().chain([[f32::NAN; 4]]).collect();
     let out = Fragment::new()
         .params("glass_params", params)
-        .input("candidates", &padded)
+        .float_texture("candidates", CANDIDATE_ROW, MOST_CANDIDATES / CANDIDATE_ROW, &padded)
         .input("found", &[found])
         .changed("scores", &[0_u32; 512])
         .run(SCORE, Invocations::area(params.hypotheses.div_ceil(8), 16));
@@ -165,7 +167,7 @@ fn fit(candidates: &[[f32; 4]], scores: &[u32]) -> Found {
     let padded: Vec<[f32; 4]> = candidates.iter().copied().chain([[0.0; 4]]).collect();
     let out = Fragment::new()
         .params("glass_params", &usual())
-        .input("candidates", &padded)
+        .float_texture("candidates", CANDIDATE_ROW, MOST_CANDIDATES / CANDIDATE_ROW, &padded)
         .input("scores", scores)
         .changed("found", &[found])
         .changed("survey", &vec![7_u32; 5 * SQUARES])
@@ -238,10 +240,10 @@ fn accept(survey: &[u32], candidates: &[[f32; 4]], tilt: f32) -> Outputs {
     };
     Fragment::new()
         .params("glass_params", &usual())
-        .input("candidates", candidates)
+        .float_texture("candidates", CANDIDATE_ROW, MOST_CANDIDATES / CANDIDATE_ROW, candidates)
         .input("survey", survey)
         .changed("found", &[found])
-        .output("left", 4 * candidates.len())
+        .texture_output("left", CANDIDATE_ROW, MOST_CANDIDATES / CANDIDATE_ROW)
         .changed("scan_panes", &[Pane::default(); 4])
         .changed("scores", &[1_u32; 512])
         .changed("glass_counters", &[0_u32; 16])

@@ -115,6 +115,15 @@ impl Fragment {
         self
     }
 
+    /// A texture of floats that the pass reads, from its first row on; zeros after `texels`.
+    pub(crate) fn float_texture(mut self, name: &str, width: u32, height: u32, texels: &[[f32; 4]]) -> Self {
+        let extent = Extent { width, height, layers: 1 };
+        let mut data = cast_slice::<_, u8>(texels).to_vec();
+        data.resize(usize::try_from(extent.bytes()).unwrap(), 0);
+        self.plan.fixed_texture(name, extent, data).unwrap();
+        self
+    }
+
     /// A texture that the pass writes; its outputs are the texels, row by row.
     pub(crate) fn texture_output(mut self, name: &'static str, width: u32, height: u32) -> Self {
         self.plan.texture(name, Extent { width, height, layers: 1 }).unwrap();
