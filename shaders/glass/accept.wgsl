@@ -1,10 +1,10 @@
 // Decides whether the plane under test is a pane, finds its boundaries, and takes its candidates off the list.
 // spec 3 §3, §4, §5 (panes with too few points behind them are dropped).
 @group(0) @binding(0) var<uniform> glass_params: GlassParams;
-@group(0) @binding(1) var<storage, read> candidates: array<vec4<f32>>;
+@group(0) @binding(1) var candidates: texture_storage_2d_array<rgba32float, read>;
 @group(0) @binding(2) var<storage, read> survey: array<u32>;
 @group(0) @binding(3) var<storage, read_write> found: Found;
-@group(0) @binding(4) var<storage, read_write> left: array<vec4<f32>>;
+@group(0) @binding(4) var left: texture_storage_2d_array<rgba32float, write>;
 @group(0) @binding(5) var<storage, read_write> scan_panes: array<Pane>;
 @group(0) @binding(6) var<storage, read_write> scores: array<u32>;
 @group(0) @binding(7) var<storage, read_write> glass_counters: array<u32>;
@@ -27,11 +27,13 @@ const WIDEST_FRAME_M = 0.75;
 const LEAST_LYING = 0.7;
 // Two panes are farther apart than this, metres.
 const NEAR_PANE_M = 0.3;
+// Beside the patch where glass always shows, times its half width: from 20 to 32 degrees from head on, if it reaches to 16.
+const BESIDE_FROM = 1.3;
+const BESIDE_TO = 2.2;
 
 var<workgroup> sums: array<vec4<u32>, LANES>;
 var<workgroup> bounds: vec4<u32>;      // first and last square of u, first and last of v
 var<workgroup> accepted: bool;
-var<workgroup> passing: array<u32, LANES>;
 
 fn counts_at(u: u32, v: u32) -> vec4<u32> {
     let at = v * SURVEY_WIDE + u;
@@ -59,13 +61,31 @@ fn line_sum(line: u32, upright: bool) -> vec4<u32> {
     return sum;
 }
 
-// Beams that go through an upright line of squares of the pane.
-fn through(line: u32) -> u32 {
+// Beams that show glass in one upright line of squares.
+fn shown_in(line: u32) -> u32 {
     var sum = 0u;
+    for (var v = bounds.z; v <= bounds.w; v++) {
+        let at = v * SURVEY_WIDE + line;
+        sum += survey[SHOWN * SURVEY_SQUARES + at] + survey[SHINING * SURVEY_SQUARES + at];
+    }
+    return sum;
+}
+
+// Of an upright line of squares of the pane, beams that go through; that show glass by two returns; and to both sides of head
+// on, where glass shows no more, beams that end there and beams that go on.
+fn beams_at(line: u32) -> vec4<u32> {
+    var sum = vec4(0u);
     if line >= bounds.x && line <= bounds.y {
-        for (var v = bounds.z; v <= bounds.w; v++) {
-            let at = v * SURVEY_WIDE + line;
-            sum += survey[SHOWN * SURVEY_SQUARES + at] + survey[BEYOND * SURVEY_SQUARES + at];
+        let reach = found.plane.w * sqrt(max(1.0 / (glass_params.visible_cos * glass_params.visible_cos) - 1.0, 0.0));
+        let u = SQUARE_M * (f32(line) + 0.5 - 0.5 * f32(SURVEY_WIDE));
+        for (var row = bounds.z; row <= bounds.w; row++) {
+            let v = SQUARE_M * (f32(row) + 0.5 - 0.5 * f32(SURVEY_HIGH));
+            let off = length(vec2(u, v));
+            let beside = abs(v) < reach && off > BESIDE_FROM * reach && off < BESIDE_TO * reach;
+            let shown = survey[SHOWN * SURVEY_SQUARES + row * SURVEY_WIDE + line];
+            let counts = counts_at(line, row);
+            let ends = select(0u, counts.x + counts.y + counts.z, beside);
+            sum += vec4(shown + counts.w, shown, ends, select(0u, counts.w, beside));
         }
     }
     return sum;
@@ -154,7 +174,7 @@ fn accept(@builtin(local_invocation_index) lane: u32) {
         accepted = false;
     }
     workgroupBarrier();
-    measure(lane, true);
+    sums[lane] = vec4(shown_in(lane), 0u, 0u, 0u);
     workgroupBarrier();
     for (var once = 0u; once < turns_if(lane == 0u); once++) {
         let u = core(SURVEY_WIDE);
@@ -191,14 +211,16 @@ fn accept(@builtin(local_invocation_index) lane: u32) {
         }
         workgroupBarrier();
     }
-    passing[lane] = through(lane);
+    sums[lane] = beams_at(lane);
     workgroupBarrier();
     for (var once = 0u; once < turns_if(lane == 0u); once++) {
-        var behind = 0u;
+        var sum = vec4(0u);
         for (var k = 0u; k < LANES; k++) {
-            behind += passing[k];
+            sum += sums[k];
         }
-        accepted = accepted && behind >= glass_params.min_behind;
+        // What shines head on and yet stops the beams beside is a wall with a gloss.
+        let wall = sum.y == 0u && sum.z > sum.w;
+        accepted = accepted && sum.x >= glass_params.min_behind && !wall;
     }
     workgroupBarrier();
     let pane = pane_under_test();
@@ -208,13 +230,13 @@ fn accept(@builtin(local_invocation_index) lane: u32) {
     let end = min(begin + each, count);
     var kept = 0u;
     for (var k = begin; k < end; k++) {
-        kept += select(0u, 1u, stays(candidates[k].xyz, pane, tested));
+        kept += select(0u, 1u, stays(candidate_at(k).xyz, pane, tested));
     }
     share_starts(lane, kept);
     var number = starts[lane];
     for (var k = begin; k < end; k++) {
-        if stays(candidates[k].xyz, pane, tested) {
-            left[number] = candidates[k];
+        if stays(candidate_at(k).xyz, pane, tested) {
+            textureStore(left, candidate_texel(number), 0u, candidate_at(k));
             number++;
         }
     }

@@ -1,7 +1,7 @@
 // Takes the hypothesis with the most candidates near it, the first of equals, and fits a plane to these by least
 // squares, three times. spec 3 §3 (refit on inliers).
 @group(0) @binding(0) var<uniform> glass_params: GlassParams;
-@group(0) @binding(1) var<storage, read> candidates: array<vec4<f32>>;
+@group(0) @binding(1) var candidates: texture_storage_2d_array<rgba32float, read>;
 @group(0) @binding(2) var<storage, read> scores: array<u32>;
 @group(0) @binding(3) var<storage, read_write> found: Found;
 @group(0) @binding(4) var<storage, read_write> survey: array<u32>;
@@ -89,7 +89,7 @@ fn refit(lane: u32, count: u32, origin: vec3<f32>) {
     var square = vec3(0.0);
     var product = vec3(0.0);
     for (var k = lane; k < count; k += LANES) {
-        let p = candidates[k].xyz;
+        let p = candidate_at(k).xyz;
         if is_near(plane, p) {
             let off = p - origin;
             first += vec4(off, 1.0);
@@ -107,7 +107,7 @@ fn count_under(lane: u32, count: u32, limits: vec4<f32>) -> vec4<u32> {
     let plane = shared_plane;
     var under = vec4(0u);
     for (var k = lane; k < count; k += LANES) {
-        let c = candidates[k];
+        let c = candidate_at(k);
         under += select(vec4(0u), vec4(1u), (vec4(c.w) < limits) & vec4(is_near(plane, c.xyz)));
     }
     return under;

@@ -1,10 +1,9 @@
 // Lists the candidates in the order of their cells, so that the same scan gives the same list; of more than fit every
 // n-th is taken. spec 3 §3.
 @group(0) @binding(0) var<uniform> glass_params: GlassParams;
-@group(0) @binding(1) var<storage, read> points: array<vec4<f32>>;
 @group(0) @binding(2) var<storage, read> cells: array<u32>;
 @group(0) @binding(3) var<storage, read> candidate_bits: array<u32>;
-@group(0) @binding(4) var<storage, read_write> candidates: array<vec4<f32>>;
+@group(0) @binding(4) var candidates: texture_storage_2d_array<rgba32float, write>;
 @group(0) @binding(5) var<storage, read_write> found: Found;
 @group(0) @binding(6) var<storage, read_write> scores: array<u32>;
 @group(0) @binding(7) var<storage, read_write> glass_counters: array<u32>;
@@ -30,7 +29,8 @@ fn gather(@builtin(local_invocation_index) lane: u32) {
             let place = 32u * w + countTrailingZeros(bits);
             bits &= bits - 1u;
             if number % thinning == 0u && number / thinning < MOST_CANDIDATES {
-                candidates[number / thinning] = points[2u * index_in(cells[2u * place])];
+                let point = point_at(index_in(cells[2u * place]));
+                textureStore(candidates, candidate_texel(number / thinning), 0u, point);
             }
             number++;
         }

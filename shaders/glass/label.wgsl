@@ -1,13 +1,12 @@
 // Labels the points whose beams meet a pane by what the pane mirrors. spec 3 §5, steps 1 and 2.
 @group(0) @binding(0) var<uniform> glass_params: GlassParams;
-@group(0) @binding(1) var<storage, read> points: array<vec4<f32>>;
-@group(0) @binding(2) var<storage, read> places: array<u32>;
-@group(0) @binding(3) var<storage, read> cells: array<u32>;
-@group(0) @binding(4) var<storage, read> elevation_rows: array<u32>;
-@group(0) @binding(5) var<storage, read> panes: Panes;
-@group(0) @binding(6) var<storage, read> mirrored: array<u32>;
+@group(0) @binding(2) var<storage, read> cells: array<u32>;
+@group(0) @binding(3) var<storage, read> elevation_rows: array<u32>;
+@group(0) @binding(4) var pane_texels: texture_storage_2d_array<rgba32float, read>;
+@group(0) @binding(5) var<storage, read> mirrored: array<u32>;
+@group(0) @binding(6) var<storage, read> met_points: array<u32>;
 @group(0) @binding(7) var<storage, read_write> pane_counts: array<atomic<u32>>;
-@group(0) @binding(8) var<storage, read_write> labels: array<u32>;
+@group(0) @binding(8) var<storage, read_write> classes: array<u32>;
 
 const M_PER_MM = 0.001;
 // A second return proves transmission, so such a return may be this much brighter than glass otherwise is.
@@ -142,11 +141,10 @@ fn count_in(slot: u32, what: u32) {
     atomicAdd(&pane_counts[slot * PANE_COUNTS + what], 1u);
 }
 
-fn label_met(index: u32, slot: u32) -> u32 {
-    let place = places[index];
-    let point = points[2u * index];
-    let pane = panes.list[slot];
-    let first = slot_of_return(points[2u * index + 1u]) == 0u;
+fn label_met(index: u32, place: u32, slot: u32) -> u32 {
+    let point = point_at(index);
+    let pane = pane_at(slot);
+    let first = slot_of_return(rest_of_point(index)) == 0u;
     let over = dot(pane.normal.xyz, point.xyz) - pane.normal.w;
     let on = over < glass_params.plane_tolerance_m;
     if first && dot(pane.normal.xyz, point.xyz) > glass_params.visible_cos * length(point.xyz) {
@@ -167,10 +165,9 @@ fn label_met(index: u32, slot: u32) -> u32 {
 
 @compute @workgroup_size(64)
 fn label(@builtin(global_invocation_id) id: vec3<u32>) {
-    for (var turn = 0u; turn < turns_if(id.x < glass_params.points); turn++) {
-        let met = labels[id.x];
-        for (var once = 0u; once < turns_if((met & 0xffu) == MEETS); once++) {
-            labels[id.x] = label_met(id.x, min(met >> 8u, KEPT_PANES - 1u));
-        }
+    for (var turn = 0u; turn < turns_if(id.x < met_points[MET_COUNT]); turn++) {
+        let index = met_points[met_at(id.x)];
+        let place = met_points[met_at(id.x) + 1u];
+        classes[index] = label_met(index, place, min(classes[index] >> 8u, KEPT_PANES - 1u));
     }
 }

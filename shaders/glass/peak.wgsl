@@ -1,7 +1,6 @@
 // Intensity peaks: in the row nearest the horizontal a run along azimuth that rises to a maximum and falls, confirmed by
 // the two rows above and the two below. spec 3 §2.
 @group(0) @binding(0) var<uniform> glass_params: GlassParams;
-@group(0) @binding(1) var<storage, read> points: array<vec4<f32>>;
 @group(0) @binding(2) var<storage, read> cells: array<u32>;
 @group(0) @binding(3) var<storage, read_write> peaks: array<atomic<u32>>;
 
@@ -24,7 +23,7 @@ fn at(column: u32, row: u32) -> vec4<f32> {
     if word == NONE {
         return vec4(0.0, 0.0, 0.0, -1.0);
     }
-    return points[2u * index_in(word)];
+    return point_at(index_in(word));
 }
 
 fn step_column(column: u32, steps: u32, forward: bool) -> u32 {

@@ -7,6 +7,8 @@
 @group(0) @binding(4) var<storage, read_write> kept: Kept;
 @group(0) @binding(5) var<storage, read_write> pane_counts: array<u32>;
 @group(0) @binding(6) var<storage, read_write> panes: Panes;
+@group(0) @binding(7) var<storage, read_write> met_points: array<u32>;
+@group(0) @binding(8) var pane_texels: texture_storage_2d_array<rgba32float, write>;
 
 struct Kept {
     last_id: u32,
@@ -30,6 +32,9 @@ const LEAST_SHOWING = 0.1;
 const MOST_MISSES = 3u;
 // A pane that one scan alone found goes away after this many without it.
 const LONE_SCANS = 10u;
+
+// The panes by which this scan is labelled.
+var<private> shown: array<Pane, KEPT_PANES>;
 
 fn rotation() -> mat3x3<f32> {
     return transpose(mat3x3<f32>(
@@ -182,7 +187,16 @@ fn take_in(number: u32) {
     current.hits = fresh.hits;
     current.misses = 0u;
     current.age = fresh.age;
-    panes.list[slot] = current;
+    shown[slot] = current;
+}
+
+fn store(slot: u32, slots: u32) {
+    let pane = shown[slot];
+    panes.list[slot] = pane;
+    textureStore(pane_texels, vec2(0u, slot), 0u, pane.normal);
+    textureStore(pane_texels, vec2(1u, slot), 0u, pane.level);
+    textureStore(pane_texels, vec2(2u, slot), 0u, pane.extent);
+    textureStore(pane_texels, vec2(3u, slot), 0u, vec4(f32(pane.id), f32(pane.hits), f32(slots), 0.0));
 }
 
 @compute @workgroup_size(64)
@@ -200,7 +214,7 @@ fn remember(@builtin(local_invocation_index) lane: u32) {
             kept.last_id = max(kept.last_id, loaded_panes[k].id);
         }
         for (var k = 0u; k < KEPT_PANES; k++) {
-            panes.list[k] = to_lidar(kept.panes[k]);
+            shown[k] = to_lidar(kept.panes[k]);
         }
         for (var k = 0u; k < min(found.panes, SCAN_PANES); k++) {
             take_in(k);
@@ -210,6 +224,10 @@ fn remember(@builtin(local_invocation_index) lane: u32) {
             slots = select(slots, k + 1u, kept.panes[k].id != 0u);
         }
         panes.slots = slots;
+        for (var k = 0u; k < KEPT_PANES; k++) {
+            store(k, slots);
+        }
+        met_points[MET_COUNT] = 0u;
         for (var k = 0u; k < KEPT_PANES * PANE_COUNTS; k++) {
             pane_counts[k] = 0u;
         }

@@ -1,6 +1,6 @@
 // Counts the candidates near each hypothesis: a plane through three of them, drawn by a hash. spec 3 §3 (RANSAC).
 @group(0) @binding(0) var<uniform> glass_params: GlassParams;
-@group(0) @binding(1) var<storage, read> candidates: array<vec4<f32>>;
+@group(0) @binding(1) var candidates: texture_storage_2d_array<rgba32float, read>;
 @group(0) @binding(2) var<storage, read> found: Found;
 @group(0) @binding(3) var<storage, read_write> scores: array<atomic<u32>>;
 
@@ -42,7 +42,7 @@ fn score(@builtin(global_invocation_id) id: vec3<u32>) {
         var near_here = vec4(0u);
         var near_next = vec4(0u);
         for (var k = id.y; k < count; k += PARTS) {
-            let p = candidates[k].xyz;
+            let p = candidate_at(k).xyz;
             near_here += near_planes(here, p);
             near_next += near_planes(next, p);
         }

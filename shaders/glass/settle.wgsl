@@ -1,84 +1,66 @@
 // Settles what the first steps left open, and counts. spec 3 §5 step 3; and, where a pane has been found before and is
 // known to mirror, by what most points behind it are.
 @group(0) @binding(0) var<uniform> glass_params: GlassParams;
-@group(0) @binding(1) var<storage, read> points: array<vec4<f32>>;
-@group(0) @binding(2) var<storage, read> places: array<u32>;
-@group(0) @binding(3) var<storage, read> cells: array<u32>;
-@group(0) @binding(4) var<storage, read> panes: Panes;
-@group(0) @binding(5) var<storage, read> pane_counts: array<u32>;
-@group(0) @binding(6) var<storage, read> labels: array<u32>;
-@group(0) @binding(7) var<storage, read_write> classes: array<u32>;
-@group(0) @binding(8) var<storage, read_write> glass_counters: array<atomic<u32>>;
+@group(0) @binding(2) var<storage, read> cells: array<u32>;
+@group(0) @binding(3) var pane_texels: texture_storage_2d_array<rgba32float, read>;
+@group(0) @binding(4) var<storage, read> pane_counts: array<u32>;
+@group(0) @binding(5) var<storage, read> met_points: array<u32>;
+@group(0) @binding(6) var<storage, read_write> classes: array<atomic<u32>>;
+@group(0) @binding(7) var<storage, read_write> glass_counters: array<atomic<u32>>;
 
 // Scans that must have found a pane.
 const ESTABLISHED = 2u;
 // Of the points behind it that are decided, reflections must be this many times as many as others.
 const MIRRORS_MORE = 2u;
 
-fn settled(index: u32, pane_id: u32) -> u32 {
-    let place = places[index];
+// Points that are outside stay so, and none becomes it: it does not matter whether another invocation was here before.
+fn settled(index: u32, place: u32, pane_id: u32) -> u32 {
     let word = cells[2u * place + 1u];
-    if word != NONE && index_in(word) != index && (labels[index_in(word)] & 0xffu) == OUTSIDE {
-        let farther = f32(steps_in(word)) / RANGE_STEPS_PER_M - length(points[2u * index].xyz);
+    let other = index_in(word);
+    if word != NONE && other != index && (atomicLoad(&classes[other]) & 0xffu) == OUTSIDE {
+        let farther = f32(steps_in(word)) / RANGE_STEPS_PER_M - length(point_at(index).xyz);
         if farther > glass_params.match_m {
             return REFLECTION;
         }
     }
-    for (var k = 0u; k < min(panes.slots, KEPT_PANES); k++) {
+    let slots = pane_slots();
+    for (var k = 0u; k < slots; k++) {
+        let pane = pane_at(k);
         let reflections = pane_counts[k * PANE_COUNTS + REFLECTIONS];
         let outsides = pane_counts[k * PANE_COUNTS + OUTSIDES];
-        let known = panes.list[k].hits >= ESTABLISHED && glass_params.remembers != 0u;
-        if panes.list[k].id == pane_id && known && reflections > MIRRORS_MORE * outsides {
+        let known = pane.hits >= ESTABLISHED && glass_params.remembers != 0u;
+        if pane.id == pane_id && known && reflections > MIRRORS_MORE * outsides {
             return REFLECTION;
         }
     }
     return UNLABELLED;
 }
 
-// Points that an invocation settles; it counts their classes before it shares the counts.
-const EACH = 8u;
-
-var<workgroup> counts: array<atomic<u32>, CLASSES>;
-
-fn settle_points(begin: u32) {
-    var mine = array<u32, CLASSES>();
-    for (var index = begin; index < min(begin + EACH, glass_params.points); index++) {
-        var kind = labels[index] & 0xffu;
-        let pane_id = labels[index] >> 8u;
-        for (var turn = 0u; turn < turns_if(kind == UNLABELLED && pane_id != 0u); turn++) {
-            kind = settled(index, pane_id);
-        }
-        classes[index] = label_of(kind, pane_id);
-        mine[0] += select(0u, 1u, kind == 0u);
-        mine[1] += select(0u, 1u, kind == 1u);
-        mine[2] += select(0u, 1u, kind == 2u);
-        mine[3] += select(0u, 1u, kind == 3u);
-        mine[4] += select(0u, 1u, kind == 4u);
+fn settle_point(index: u32, place: u32) {
+    let label = atomicLoad(&classes[index]);
+    var kind = label & 0xffu;
+    let pane_id = label >> 8u;
+    for (var turn = 0u; turn < turns_if(kind == UNLABELLED && pane_id != 0u); turn++) {
+        kind = settled(index, place, pane_id);
+        atomicStore(&classes[index], label_of(kind, pane_id));
     }
-    for (var kind = 0u; kind < CLASSES; kind++) {
-        if mine[kind] > 0u {
-            atomicAdd(&counts[kind], mine[kind]);
-        }
-    }
+    atomicAdd(&glass_counters[COUNT_CLASSES + min(kind, CLASSES - 1u)], 1u);
+}
+
+// Those that meet no pane are inside, or were not placed.
+fn count_unmet(met: u32) {
+    let unplaced = atomicLoad(&glass_counters[COUNT_UNUSABLE]) + atomicLoad(&glass_counters[COUNT_NO_ROW]);
+    atomicAdd(&glass_counters[COUNT_CLASSES + UNLABELLED], unplaced);
+    atomicAdd(&glass_counters[COUNT_CLASSES + INSIDE], glass_params.points - unplaced - met);
 }
 
 @compute @workgroup_size(64)
-fn settle(
-    @builtin(global_invocation_id) id: vec3<u32>,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    if lane < CLASSES {
-        atomicStore(&counts[lane], 0u);
+fn settle(@builtin(global_invocation_id) id: vec3<u32>) {
+    let met = met_points[MET_COUNT];
+    for (var turn = 0u; turn < turns_if(id.x < met); turn++) {
+        settle_point(met_points[met_at(id.x)], met_points[met_at(id.x) + 1u]);
     }
-    workgroupBarrier();
-    for (var turn = 0u; turn < turns_if(EACH * id.x < glass_params.points); turn++) {
-        settle_points(EACH * id.x);
-    }
-    workgroupBarrier();
-    if lane < CLASSES {
-        let count = atomicLoad(&counts[lane]);
-        if count > 0u {
-            atomicAdd(&glass_counters[COUNT_CLASSES + lane], count);
-        }
+    for (var once = 0u; once < turns_if(id.x == 0u); once++) {
+        count_unmet(met);
     }
 }

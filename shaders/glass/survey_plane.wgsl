@@ -1,7 +1,6 @@
 // Counts by squares of the plane under test what the beams show there: glass, frame or wall, or a view through.
 // spec 3 §4 (boundaries).
 @group(0) @binding(0) var<uniform> glass_params: GlassParams;
-@group(0) @binding(1) var<storage, read> points: array<vec4<f32>>;
 @group(0) @binding(2) var<storage, read> cells: array<u32>;
 @group(0) @binding(3) var<storage, read> candidate_bits: array<u32>;
 @group(0) @binding(4) var<storage, read> found: Found;
@@ -17,7 +16,7 @@ fn count_beam(place: u32, plane: vec4<f32>, level: vec4<f32>) {
     if first == NONE {
         return;
     }
-    let point = points[2u * index_in(first)];
+    let point = point_at(index_in(first));
     let along = dot(plane.xyz, point.xyz);
     let over = along - plane.w;
     let grazes = along < GRAZING_COS * length(point.xyz);

@@ -9,9 +9,8 @@ use crate::geometry::Rigid;
 use crate::gpu::{Chosen, Executor, Plan, Readback};
 use crate::recording::points::Scan;
 use crate::stage::glass::{Glass, GlassMoment, MOST_POINTS};
+use crate::stage::intensity_layers::POINT_ROW;
 
-/// Bytes of a point as it is uploaded.
-const POINT_BYTES: u64 = 32;
 /// Points that a labeller is built for at least, and in steps of which it grows.
 const CAPACITY_STEP: u32 = 4096;
 /// Bytes before the panes.
@@ -147,7 +146,7 @@ fn roomy(points: usize) -> Result<u32> {
 /// [`Error::Plan`], [`Error::Shader`], [`Error::Input`].
 fn plan(glass: &Glass, config: &Config, capacity: u32) -> Result<Plan> {
     let mut plan = Plan::default();
-    plan.upload("points", u64::from(capacity) * POINT_BYTES)?;
+    plan.upload_texture("points", POINT_ROW, (2 * capacity).div_ceil(POINT_ROW))?;
     glass.append(&mut plan, config, capacity)?;
     for name in ["classes", "panes", "glass_counters"] {
         plan.read_back(name)?;

@@ -19,9 +19,6 @@ use crate::stage::{Window, goal_inflation, intensity_classes, intensity_layers, 
 /// Points that a pipeline is built for at least, and in steps of which it grows.
 const CAPACITY_STEP: usize = 1 << 14;
 
-/// Bytes of a point as it is uploaded.
-const POINT_BYTES: u64 = 32;
-
 /// The stages of one scan, in order (spec 2 §2 to §4).
 pub fn stages(job: &ScanJob) -> Vec<Box<dyn ScanStage>> {
     let mut stages: Vec<Box<dyn ScanStage>> = Vec::new();
@@ -44,10 +41,7 @@ pub fn stages(job: &ScanJob) -> Vec<Box<dyn ScanStage>> {
 /// [`crate::Error::Plan`] or [`crate::Error::Shader`] where a stage contradicts its shader or its neighbours.
 pub fn plan(job: &ScanJob, stages: &[Box<dyn ScanStage>]) -> Result<Plan> {
     let mut plan = Plan::default();
-    match job.glass {
-        Some(_) => plan.upload("points", u64::from(job.capacity) * POINT_BYTES)?,
-        None => plan.upload_texture("points", POINT_ROW, (2 * job.capacity).div_ceil(POINT_ROW))?,
-    };
+    plan.upload_texture("points", POINT_ROW, (2 * job.capacity).div_ceil(POINT_ROW))?;
     for stage in stages {
         stage.append(&mut plan, job)?;
     }

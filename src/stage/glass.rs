@@ -6,17 +6,24 @@ use crate::config::Config;
 use crate::error::{Error, Result};
 use crate::geometry::Rigid;
 use crate::glass::{BeamGrid, Pane};
-use crate::gpu::{FrameInput, Invocations, Plan, ShaderSource};
+use crate::gpu::{Extent, FrameInput, Invocations, Plan, ShaderSource};
 use crate::lidar::{ScanJob, ScanMoment, ScanStage};
+use crate::stage::intensity_layers::POINT_ROW;
 use crate::stage::{rows, single};
 
 const NUMBERS: &str = include_str!("../../shaders/lib/numbers.wgsl");
 const GRID: &str = include_str!("../../shaders/lib/glass/grid.wgsl");
+const POINTS: &str = include_str!("../../shaders/lib/points/texture.wgsl");
+const POINT: &str = include_str!("../../shaders/lib/glass/points.wgsl");
 const COUNTERS: &str = include_str!("../../shaders/lib/glass/counters.wgsl");
 const RETURNS: &str = include_str!("../../shaders/lib/glass/returns.wgsl");
 const FOUND: &str = include_str!("../../shaders/lib/glass/found.wgsl");
 const HYPOTHESIS: &str = include_str!("../../shaders/lib/glass/hypothesis.wgsl");
 const PANE: &str = include_str!("../../shaders/lib/glass/pane.wgsl");
+const CANDIDATES: &str = include_str!("../../shaders/lib/glass/candidates.wgsl");
+const CANDIDATE_AT: &str = include_str!("../../shaders/lib/glass/candidate_at.wgsl");
+const PANE_TEXELS: &str = include_str!("../../shaders/lib/glass/pane_texels.wgsl");
+const PLACED: &str = include_str!("../../shaders/lib/glass/placed.wgsl");
 const CLASS: &str = include_str!("../../shaders/lib/glass/class.wgsl");
 const PREFIX: &str = include_str!("../../shaders/lib/glass/prefix.wgsl");
 const MET: &str = include_str!("../../shaders/lib/glass/met.wgsl");
@@ -27,11 +34,21 @@ pub const CLEAR: ShaderSource =
 /// Points into cells.
 pub const ORGANIZE: ShaderSource = ShaderSource {
     name: "glass/organize",
-    parts: &[NUMBERS, GRID, COUNTERS, include_str!("../../shaders/glass/organize.wgsl")],
+    parts: &[
+        NUMBERS,
+        GRID,
+        POINTS,
+        POINT,
+        PLACED,
+        COUNTERS,
+        include_str!("../../shaders/glass/organize.wgsl"),
+    ],
 };
 /// Intensity peaks.
-pub const PEAK: ShaderSource =
-    ShaderSource { name: "glass/peak", parts: &[GRID, include_str!("../../shaders/glass/peak.wgsl")] };
+pub const PEAK: ShaderSource = ShaderSource {
+    name: "glass/peak",
+    parts: &[GRID, POINTS, POINT, include_str!("../../shaders/glass/peak.wgsl")],
+};
 /// Beams that may end on glass.
 pub const CANDIDATE: ShaderSource = ShaderSource {
     name: "glass/candidate",
@@ -40,27 +57,61 @@ pub const CANDIDATE: ShaderSource = ShaderSource {
 /// Their list.
 pub const GATHER: ShaderSource = ShaderSource {
     name: "glass/gather",
-    parts: &[GRID, COUNTERS, FOUND, PREFIX, include_str!("../../shaders/glass/gather.wgsl")],
+    parts: &[
+        GRID,
+        CANDIDATES,
+        POINTS,
+        POINT,
+        COUNTERS,
+        FOUND,
+        PREFIX,
+        include_str!("../../shaders/glass/gather.wgsl"),
+    ],
 };
 /// Hypotheses.
 pub const SCORE: ShaderSource = ShaderSource {
     name: "glass/score",
-    parts: &[GRID, PANE, FOUND, HYPOTHESIS, include_str!("../../shaders/glass/score.wgsl")],
+    parts: &[
+        GRID,
+        CANDIDATES,
+        CANDIDATE_AT,
+        PANE,
+        FOUND,
+        HYPOTHESIS,
+        include_str!("../../shaders/glass/score.wgsl"),
+    ],
 };
 /// Least squares.
 pub const FIT: ShaderSource = ShaderSource {
     name: "glass/fit",
-    parts: &[GRID, PANE, FOUND, HYPOTHESIS, include_str!("../../shaders/glass/fit.wgsl")],
+    parts: &[
+        GRID,
+        CANDIDATES,
+        CANDIDATE_AT,
+        PANE,
+        FOUND,
+        HYPOTHESIS,
+        include_str!("../../shaders/glass/fit.wgsl"),
+    ],
 };
 /// What beams show of a plane.
 pub const SURVEY: ShaderSource = ShaderSource {
     name: "glass/survey_plane",
-    parts: &[GRID, RETURNS, FOUND, include_str!("../../shaders/glass/survey_plane.wgsl")],
+    parts: &[GRID, POINTS, POINT, RETURNS, FOUND, include_str!("../../shaders/glass/survey_plane.wgsl")],
 };
 /// Panes and their boundaries.
 pub const ACCEPT: ShaderSource = ShaderSource {
     name: "glass/accept",
-    parts: &[GRID, COUNTERS, PANE, FOUND, PREFIX, include_str!("../../shaders/glass/accept.wgsl")],
+    parts: &[
+        GRID,
+        CANDIDATES,
+        CANDIDATE_AT,
+        COUNTERS,
+        PANE,
+        FOUND,
+        PREFIX,
+        include_str!("../../shaders/glass/accept.wgsl"),
+    ],
 };
 /// Panes over time.
 pub const REMEMBER: ShaderSource = ShaderSource {
@@ -70,23 +121,41 @@ pub const REMEMBER: ShaderSource = ShaderSource {
 /// Mirrored surfaces.
 pub const MIRROR: ShaderSource = ShaderSource {
     name: "glass/mirror",
-    parts: &[GRID, PANE, MET, CLASS, include_str!("../../shaders/glass/mirror.wgsl")],
+    parts: &[GRID, PLACED, PANE, PANE_TEXELS, MET, CLASS, include_str!("../../shaders/glass/mirror.wgsl")],
 };
 /// Labels by steps 1 and 2.
 pub const LABEL: ShaderSource = ShaderSource {
     name: "glass/label",
-    parts: &[GRID, RETURNS, PANE, CLASS, include_str!("../../shaders/glass/label.wgsl")],
+    parts: &[
+        GRID,
+        POINTS,
+        POINT,
+        RETURNS,
+        PANE,
+        PANE_TEXELS,
+        CLASS,
+        include_str!("../../shaders/glass/label.wgsl"),
+    ],
 };
 /// Labels by step 3.
 pub const SETTLE: ShaderSource = ShaderSource {
     name: "glass/settle",
-    parts: &[GRID, COUNTERS, PANE, CLASS, include_str!("../../shaders/glass/settle.wgsl")],
+    parts: &[
+        GRID,
+        POINTS,
+        POINT,
+        COUNTERS,
+        PANE,
+        PANE_TEXELS,
+        CLASS,
+        include_str!("../../shaders/glass/settle.wgsl"),
+    ],
 };
 
 /// The cloud as the map takes it.
 pub const CLEAN: ShaderSource = ShaderSource {
     name: "glass/clean",
-    parts: &[GRID, PANE, CLASS, include_str!("../../shaders/glass/clean.wgsl")],
+    parts: &[GRID, POINTS, POINT, PANE, CLASS, include_str!("../../shaders/glass/clean.wgsl")],
 };
 
 /// All passes of [`Glass`].
@@ -99,6 +168,8 @@ pub const SCAN_PANES: u32 = 4;
 pub const KEPT_PANES: usize = 16;
 /// Candidates that are looked at (`MOST_CANDIDATES`).
 pub const MOST_CANDIDATES: u32 = 4096;
+/// Candidates in a row of their texture (`CANDIDATE_ROW`).
+pub const CANDIDATE_ROW: u32 = 64;
 /// Hypotheses for one plane, at most (`MOST_HYPOTHESES`).
 pub const MOST_HYPOTHESES: u32 = 512;
 /// Points of a scan that the cells can number (`INDEX_BITS`).
@@ -248,7 +319,7 @@ impl Glass {
         plan.step(REMEMBER, Invocations::line(1), &[])?;
         plan.step(MIRROR, Invocations::line(capacity.div_ceil(4)), &[])?;
         plan.step(LABEL, Invocations::line(capacity), &[])?;
-        plan.step(SETTLE, Invocations::line(capacity.div_ceil(BATCH)), &[])
+        plan.step(SETTLE, Invocations::line(capacity), &[])
     }
 
     fn declare(&self, plan: &mut Plan, capacity: u32) -> Result<()> {
@@ -265,10 +336,7 @@ impl Glass {
             ("mirrored", 4 * size),
             ("peaks", 4 * size),
             ("candidate_bits", 4 * size.div_ceil(32)),
-            ("places", 4 * u64::from(capacity)),
-            ("labels", 4 * u64::from(capacity)),
-            ("candidates_even", 16 * u64::from(MOST_CANDIDATES)),
-            ("candidates_odd", 16 * u64::from(MOST_CANDIDATES)),
+            ("met_points", 8 + 8 * u64::from(capacity)),
             ("scores", 4 * u64::from(MOST_HYPOTHESES)),
             ("found", 48),
             ("survey", 4 * SURVEY_WORDS),
@@ -276,6 +344,14 @@ impl Glass {
         ] {
             plan.scratch(name, bytes)?;
         }
+        for name in ["candidates_even", "candidates_odd"] {
+            let height = MOST_CANDIDATES / CANDIDATE_ROW;
+            plan.texture(name, Extent { width: CANDIDATE_ROW, height, layers: 1 })?;
+        }
+        let height = capacity.div_ceil(POINT_ROW);
+        plan.texture("placed", Extent { width: POINT_ROW, height, layers: 1 })?;
+        let height = u32::try_from(KEPT_PANES).unwrap_or(u32::MAX);
+        plan.texture("pane_texels", Extent { width: 4, height, layers: 1 })?;
         plan.product("panes", HEADER_BYTES + pane * KEPT_PANES as u64)?;
         plan.product("classes", 4 * u64::from(capacity))?;
         plan.product("glass_counters", 4 * COUNTERS_WORDS as u64)?;

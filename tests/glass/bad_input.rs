@@ -3,7 +3,7 @@
 use limpid::Config;
 use limpid::geometry::Rigid;
 use limpid::glass::{BeamGrid, Labeller, PointClass};
-use limpid::recording::points::{Point, ReturnType};
+use limpid::recording::points::{Point, ReturnType, Scan};
 
 use super::{alone, label};
 use crate::support::glass_room::GlassRoom;
@@ -61,17 +61,7 @@ fn candidates_beyond_what_is_looked_at_are_counted() {
         return;
     }
     let (mut scan, _) = GlassRoom { glass: false, ..GlassRoom::default() }.scan();
-    let farther: Vec<Point> = scan
-        .points
-        .iter()
-        .map(|point| Point {
-            x_m: 2.0 * point.x_m,
-            y_m: 2.0 * point.y_m,
-            z_m: 2.0 * point.z_m,
-            return_type: ReturnType::Last,
-            ..*point
-        })
-        .collect();
+    let farther: Vec<Point> = scan.points.iter().map(|point| scaled(point, 2.0)).collect();
     scan.points.extend(farther);
     let counters = label(&alone(), &scan).counters;
     assert!(counters.dual_returns > 20_000, "{counters:?}");
@@ -100,6 +90,81 @@ fn rings_outside_the_first_scan_are_counted() {
     strange.points.iter_mut().take(10).for_each(|point| point.ring = 200);
     let labelled = labeller.label(&strange, Rigid::IDENTITY).unwrap();
     assert_eq!(labelled.counters.points_without_row, 10);
+}
+
+#[test]
+fn points_without_a_ring_are_placed_by_their_elevation() {
+    if skipped() {
+        return;
+    }
+    let (mut scan, truth) = GlassRoom::default().scan();
+    scan.points.iter_mut().step_by(3).for_each(|point| point.ring = Point::UNKNOWN);
+    let labelled = label(&alone(), &scan);
+    assert_eq!((labelled.counters.points_without_row, labelled.panes.len()), (0, 1));
+    for class in [PointClass::Inside, PointClass::Glass] {
+        assert_eq!(super::wrong(&labelled, &truth, class)[1..], [0, 0], "{class:?}");
+    }
+    // The control: none of the rows goes straight up.
+    (scan.points[0].x_m, scan.points[0].y_m, scan.points[0].z_m) = (0.1, 0.0, 3.0);
+    let grid = BeamGrid::of_scan(&GlassRoom::default().scan().0).unwrap();
+    assert_eq!(grid.elevation_rows.last(), Some(&u32::MAX));
+    let mut labeller = Labeller::open(&alone(), &GlassRoom::default().scan().0, None, false).unwrap();
+    assert_eq!(labeller.label(&scan, Rigid::IDENTITY).unwrap().counters.points_without_row, 1);
+}
+
+/// The room's wall as all there is: every beam that goes forward ends on the plane of the pane; and what lies behind it
+/// by `behind_m`, as a last return.
+fn one_plane(behind_m: Option<f32>) -> Scan {
+    let (mut scan, _) = GlassRoom { glass: false, yaw: 0.0, ..GlassRoom::default() }.scan();
+    scan.points.retain(|point| point.x_m > 1.0);
+    scan.points.iter_mut().for_each(|point| {
+        let share = 4.0 / point.x_m;
+        (point.x_m, point.y_m, point.z_m) = (4.0, share * point.y_m, share * point.z_m);
+    });
+    if let Some(behind_m) = behind_m {
+        let share = 1.0 + behind_m / 4.0;
+        let last: Vec<Point> = scan.points.iter().map(|point| scaled(point, share)).collect();
+        scan.points.extend(last);
+    }
+    scan
+}
+
+fn scaled(point: &Point, share: f32) -> Point {
+    Point {
+        x_m: share * point.x_m,
+        y_m: share * point.y_m,
+        z_m: share * point.z_m,
+        return_type: ReturnType::Last,
+        ..*point
+    }
+}
+
+#[test]
+fn all_points_on_one_plane_are_no_glass() {
+    if skipped() {
+        return;
+    }
+    // Both returns of every beam on it: none differs, so there is no candidate.
+    for scan in [one_plane(None), one_plane(Some(0.02))] {
+        let labelled = label(&alone(), &scan);
+        assert_eq!((labelled.counters.candidates, labelled.panes.len()), (0, 0), "{:?}", labelled.counters);
+        assert_eq!(labelled.counters.classes[PointClass::Inside as usize] as usize, scan.points.len());
+    }
+    // The control: of two planes the nearer is a pane.
+    let labelled = label(&alone(), &one_plane(Some(1.0)));
+    assert!(labelled.counters.candidates > 1000 && labelled.panes.len() == 1, "{:?}", labelled.counters);
+}
+
+#[test]
+fn candidates_in_one_line_make_no_plane() {
+    if skipped() {
+        return;
+    }
+    let mut scan = one_plane(Some(1.0));
+    let ring = scan.points[scan.points.len() / 4].ring;
+    scan.points.retain(|point| point.ring == ring);
+    let labelled = label(&alone(), &scan);
+    assert!(labelled.counters.candidates > 50 && labelled.panes.is_empty(), "{:?}", labelled.counters);
 }
 
 #[test]

@@ -110,6 +110,27 @@ fn truth_a_single_return_finds_the_pane_by_its_peak() {
 }
 
 #[test]
+fn truth_a_wall_that_shines_head_on_and_stops_slanting_beams_is_no_pane() {
+    if skipped() {
+        return;
+    }
+    let room = GlassRoom { single: true, yaw: 0.0, ..GlassRoom::default() };
+    let (mut scan, truth) = room.scan();
+    assert_eq!(label(&alone(), &scan).panes.len(), 1, "the control: glass");
+    // Where glass lets beams through, a wall with the same shine returns them, but for a door at its end.
+    let (normal, distance_m) = room.plane();
+    for (point, truth) in scan.points.iter_mut().zip(&truth) {
+        let along_m = normal.dot(DVec3::from(point.position_m().map(f64::from)));
+        let share = (distance_m / along_m) as f32;
+        if truth.class != PointClass::Inside && truth.class != PointClass::Glass && share * point.y_m < 1.5 {
+            (point.x_m, point.y_m, point.z_m) = (share * point.x_m, share * point.y_m, share * point.z_m);
+        }
+    }
+    let labelled = label(&alone(), &scan);
+    assert!(labelled.panes.is_empty() && labelled.counters.refused_planes == 1, "{:?}", labelled.counters);
+}
+
+#[test]
 fn the_same_scan_gives_the_same_bits_and_the_order_of_points_does_not_matter() {
     if skipped() {
         return;

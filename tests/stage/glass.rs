@@ -6,6 +6,7 @@ use limpid::glass::BeamGrid;
 use limpid::gpu::Invocations;
 use limpid::recording::points::{Point, ReturnType, Scan};
 use limpid::stage::glass::{Glass, GlassMoment, ORGANIZE};
+use limpid::stage::intensity_layers::POINT_ROW;
 
 use crate::reference::glass::organize;
 use crate::support::glass_room::GlassRoom;
@@ -14,8 +15,8 @@ use crate::support::gpu::{Fragment, skipped};
 const EMPTY: u32 = u32::MAX;
 const INDEX_BITS: u32 = 18;
 
-/// Words of the cells, as column, row, slot.
-fn cells(scan: &Scan, grid: &BeamGrid) -> Vec<u32> {
+/// Words of the cells, as column, row, slot; and of each point where it lies and the number of its cell, from 1.
+fn cells(scan: &Scan, grid: &BeamGrid) -> (Vec<u32>, Vec<[f32; 4]>) {
     let glass = Glass { grid: grid.clone(), load: Vec::new() };
     let points = u32::try_from(scan.points.len()).unwrap();
     let moment = GlassMoment { points, map_from_lidar: Rigid::IDENTITY, load: None };
@@ -30,14 +31,15 @@ fn cells(scan: &Scan, grid: &BeamGrid) -> Vec<u32> {
         .collect();
     let out = Fragment::new()
         .params("glass_params", &glass.params(&Config::default(), &moment))
-        .input("points", &words)
+        .texture("points", [POINT_ROW, (2 * points).div_ceil(POINT_ROW)], bytemuck::cast_slice(&words))
         .input("ring_rows", &grid.ring_rows)
         .input("elevation_rows", &grid.elevation_rows)
         .changed("cells", &vec![EMPTY; 2 * grid.cells() as usize])
-        .output("places", scan.points.len())
+        .texture_output("placed", POINT_ROW, points.div_ceil(POINT_ROW))
         .changed("glass_counters", &[0_u32; 16])
         .run(ORGANIZE, Invocations::line(points));
-    out.words("cells").to_vec()
+    let placed = bytemuck::cast_slice(&out.floats("placed")[..4 * scan.points.len()]).to_vec();
+    (out.words("cells").to_vec(), placed)
 }
 
 fn compare_with_twin(scan: &Scan, grid: &BeamGrid) {
@@ -50,11 +52,14 @@ fn compare_with_twin(scan: &Scan, grid: &BeamGrid) {
         })
         .collect();
     let want = organize(&beams, grid.columns as usize);
-    let got = cells(scan, grid);
+    let (got, placed) = cells(scan, grid);
     let filled = got.iter().filter(|&&word| word != EMPTY).count();
     assert_eq!(filled, want.len());
     for ((column, row, slot), index) in want {
-        let word = got[2 * (column * grid.rows as usize + row) + slot];
+        let cell = 2 * (column * grid.rows as usize + row) + slot;
+        let word = got[cell];
+        let [x_m, y_m, z_m] = scan.points[index].position_m();
+        assert_eq!(placed[index], [x_m, y_m, z_m, 1.0 + cell as f32]);
         assert_eq!(
             (word & ((1 << INDEX_BITS) - 1)) as usize,
             index,

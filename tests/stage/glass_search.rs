@@ -6,7 +6,9 @@ use limpid::Config;
 use limpid::geometry::Rigid;
 use limpid::glass::{BeamGrid, Pane};
 use limpid::gpu::Invocations;
-use limpid::stage::glass::{ACCEPT, CANDIDATE, FIT, Glass, GlassMoment, GlassParams, REMEMBER, SCORE};
+use limpid::stage::glass::{
+    ACCEPT, CANDIDATE, CANDIDATE_ROW, FIT, Glass, GlassMoment, GlassParams, MOST_CANDIDATES, REMEMBER, SCORE,
+};
 
 use crate::reference::glass::{hypothesis, is_candidate, lower_quartile, refined, refit};
 use crate::support::glass_room::GlassRoom;
@@ -110,7 +112,7 @@ fn scores(candidates: &[[f32; 4]], params: &GlassParams) -> Vec<u32> {
     let padded: Vec<[f32; 4]> = candidates.iter().copied().chain([[f32::NAN; 4]]).collect();
     let out = Fragment::new()
         .params("glass_params", params)
-        .input("candidates", &padded)
+        .float_texture("candidates", CANDIDATE_ROW, MOST_CANDIDATES / CANDIDATE_ROW, &padded)
         .input("found", &[found])
         .changed("scores", &[0_u32; 512])
         .run(SCORE, Invocations::area(params.hypotheses.div_ceil(8), 16));
@@ -165,7 +167,7 @@ fn fit(candidates: &[[f32; 4]], scores: &[u32]) -> Found {
     let padded: Vec<[f32; 4]> = candidates.iter().copied().chain([[0.0; 4]]).collect();
     let out = Fragment::new()
         .params("glass_params", &usual())
-        .input("candidates", &padded)
+        .float_texture("candidates", CANDIDATE_ROW, MOST_CANDIDATES / CANDIDATE_ROW, &padded)
         .input("scores", scores)
         .changed("found", &[found])
         .changed("survey", &vec![7_u32; 5 * SQUARES])
@@ -238,10 +240,10 @@ fn accept(survey: &[u32], candidates: &[[f32; 4]], tilt: f32) -> Outputs {
     };
     Fragment::new()
         .params("glass_params", &usual())
-        .input("candidates", candidates)
+        .float_texture("candidates", CANDIDATE_ROW, MOST_CANDIDATES / CANDIDATE_ROW, candidates)
         .input("survey", survey)
         .changed("found", &[found])
-        .output("left", 4 * candidates.len())
+        .texture_output("left", CANDIDATE_ROW, MOST_CANDIDATES / CANDIDATE_ROW)
         .changed("scan_panes", &[Pane::default(); 4])
         .changed("scores", &[1_u32; 512])
         .changed("glass_counters", &[0_u32; 16])
@@ -316,7 +318,21 @@ fn remember(kept: &Pane, fresh: &Pane, pose: Rigid) -> (Vec<Pane>, Vec<Pane>) {
         .changed("kept", &header(kept.id, &list))
         .changed("pane_counts", &[0_u32; 128])
         .output("panes", 4 + 16 * 16)
+        .changed("met_points", &[9_u32; 2])
+        .texture_output("pane_texels", 4, 16)
         .run(REMEMBER, Invocations::line(1));
+    assert_eq!(out.words("met_points")[0], 0);
+    // The texels are the panes, with numbers as floats.
+    for (slot, (texels, pane)) in
+        out.floats("pane_texels").chunks(16).zip(out.words("panes")[4..].chunks(16)).enumerate()
+    {
+        assert!(
+            texels[..12].iter().map(|value| value.to_bits()).eq(pane[..12].iter().copied()),
+            "slot {slot}"
+        );
+        let numbers = [pane[12], pane[13], out.words("panes")[0], 0].map(|number| number as f32);
+        assert_eq!(texels[12..], numbers, "slot {slot}");
+    }
     let read = |name: &str| {
         let panes = out.words(name)[4..].chunks(16);
         panes.map(|words| bytemuck::pod_read_unaligned::<Pane>(cast_slice(words))).collect()

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use bytemuck::{Pod, bytes_of, cast_slice, pod_read_unaligned};
-use limpid::gpu::{Context, Executor, Invocations, Params, Plan, ShaderSource, ShaderText};
+use limpid::gpu::{Context, Executor, Extent, Invocations, Params, Plan, ShaderSource, ShaderText};
 
 use crate::support::compare::{EXACT, compare};
 use crate::support::say;
@@ -27,6 +27,23 @@ const PREFILL: ShaderSource = ShaderSource {
 fn prefill(@builtin(global_invocation_id) id: vec3<u32>) {
     if id.x < arrayLength(&filled) {
         filled[id.x] = filling[id.x];
+    }
+}
+"],
+};
+
+/// Copies a texture into a buffer.
+const UNPACK_TEXELS: ShaderSource = ShaderSource {
+    name: "unpack_texels",
+    parts: &["
+@group(0) @binding(0) var packed: texture_storage_2d_array<rgba32float, read>;
+@group(0) @binding(1) var<storage, read_write> unpacked: array<vec4<f32>>;
+
+@compute @workgroup_size(64)
+fn unpack_texels(@builtin(global_invocation_id) id: vec3<u32>) {
+    let width = textureDimensions(packed).x;
+    if id.x < arrayLength(&unpacked) {
+        unpacked[id.x] = textureLoad(packed, vec2(id.x % width, id.x / width), 0u);
     }
 }
 "],
@@ -61,6 +78,8 @@ pub(crate) struct Fragment {
     inputs: Vec<(String, Vec<u8>)>,
     changed: Vec<(String, usize)>,
     constants: Vec<(&'static str, bool)>,
+    /// Textures that the pass writes, and their texels.
+    written: Vec<(&'static str, u32)>,
 }
 
 impl Fragment {
@@ -93,6 +112,22 @@ impl Fragment {
     pub(crate) fn texture(mut self, name: &str, [width, height]: [u32; 2], data: &[u8]) -> Self {
         self.plan.upload_texture(name, width, height).unwrap();
         self.inputs.push((name.into(), data.to_vec()));
+        self
+    }
+
+    /// A texture of floats that the pass reads, from its first row on; zeros after `texels`.
+    pub(crate) fn float_texture(mut self, name: &str, width: u32, height: u32, texels: &[[f32; 4]]) -> Self {
+        let extent = Extent { width, height, layers: 1 };
+        let mut data = cast_slice::<_, u8>(texels).to_vec();
+        data.resize(usize::try_from(extent.bytes()).unwrap(), 0);
+        self.plan.fixed_texture(name, extent, data).unwrap();
+        self
+    }
+
+    /// A texture that the pass writes; its outputs are the texels, row by row.
+    pub(crate) fn texture_output(mut self, name: &'static str, width: u32, height: u32) -> Self {
+        self.plan.texture(name, Extent { width, height, layers: 1 }).unwrap();
+        self.written.push((name, width * height));
         self
     }
 
@@ -132,6 +167,13 @@ impl Fragment {
     ) -> limpid::Result<Outputs> {
         self.plan.step(source, invocations, &[])?;
         self.plan.with(&self.constants)?;
+        for (name, texels) in &self.written {
+            let unpacked = format!("{name}_texels");
+            self.plan.scratch(&unpacked, u64::from(*texels) * 16)?;
+            let names = [("packed", *name), ("unpacked", unpacked.as_str())];
+            self.plan.step(UNPACK_TEXELS, Invocations::line(*texels), &names)?;
+            self.plan.read_back(&unpacked)?;
+        }
         let context = context(&self.plan)?;
         let mut executor = Executor::build(&context, self.plan)?;
         let mut input = executor.begin()?;
@@ -147,6 +189,10 @@ impl Fragment {
             let guard = all.split_off(words);
             assert!(guard.iter().all(|&word| word == SENTINEL), "the pass wrote behind the end of `{name}`");
             buffers.insert(name, all);
+        }
+        for (name, _) in self.written {
+            let bytes = readback.bytes(executor.find(&format!("{name}_texels"))?)?;
+            buffers.insert(name.into(), bytes.chunks_exact(4).map(pod_read_unaligned).collect());
         }
         Ok(Outputs { buffers })
     }

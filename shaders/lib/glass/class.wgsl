@@ -25,3 +25,11 @@ const OUTSIDES = 1u;        // points behind shown to be real
 const ROOM_DEPTH = 2u;      // how far the mirrored room reaches behind the pane, millimetres
 const SHOWING = 3u;         // head-on beams that end on it
 const PASSING = 4u;         // head-on beams that end behind it
+
+// The list of points whose beams meet a pane, in any order: its length, a word of padding, and two words for each, the point
+// and its place.
+const MET_COUNT = 0u;
+
+fn met_at(number: u32) -> u32 {
+    return 2u + 2u * number;
+}

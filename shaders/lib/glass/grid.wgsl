@@ -43,13 +43,12 @@ const ELEVATION_BINS = 2048.0;
 // Slots of the sensor's returns (recording::points::ReturnType).
 const LAST = 2u;
 
-// A point of the upload (recording::points::Point): points[2 i] is x, y, z in metres and the intensity.
-fn slot_of_return(second_half: vec4<f32>) -> u32 {
-    return select(0u, 1u, (bitcast<u32>(second_half.z) & 0xffu) == LAST);
+fn slot_of_return(rest: vec4<u32>) -> u32 {
+    return select(0u, 1u, (rest.z & 0xffu) == LAST);
 }
 
-fn ring_of(second_half: vec4<f32>) -> u32 {
-    return bitcast<u32>(second_half.y) & 0xffffu;
+fn ring_of(rest: vec4<u32>) -> u32 {
+    return rest.y & 0xffffu;
 }
 
 fn index_in(word: u32) -> u32 {
@@ -69,6 +68,19 @@ fn column_of(p: vec3<f32>, columns: u32) -> u32 {
     // At most one and a half times round; a remainder costs more than all else here.
     let column = u32(round(turn * f32(columns)));
     return select(column, column - columns, column >= columns);
+}
+
+// As column_of, of four.
+fn columns_of(x: vec4<f32>, y: vec4<f32>, columns: u32) -> vec4<u32> {
+    let turn = atan2(y, x) / (2.0 * PI) + 1.0;
+    let column = vec4<u32>(round(turn * f32(columns)));
+    return select(column, column - columns, column >= vec4(columns));
+}
+
+// As elevation_bin, of four at these heights and level distances.
+fn elevation_bins(z: vec4<f32>, level: vec4<f32>) -> vec4<u32> {
+    let share = atan2(z, level) / PI + 0.5;
+    return vec4<u32>(clamp(share * ELEVATION_BINS, vec4(0.0), vec4(ELEVATION_BINS - 1.0)));
 }
 
 fn elevation_bin(p: vec3<f32>) -> u32 {

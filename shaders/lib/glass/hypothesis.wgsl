@@ -27,9 +27,9 @@ fn draw(number: u32, count: u32) -> vec3<u32> {
 // Plane number `number`: n and d > 0; d = 0 where the draw makes no plane.
 fn hypothesis(number: u32, count: u32) -> vec4<f32> {
     let drawn = draw(number, count);
-    let a = candidates[drawn.x].xyz;
-    let leg_b = candidates[drawn.y].xyz - a;
-    let leg_c = candidates[drawn.z].xyz - a;
+    let a = candidate_at(drawn.x).xyz;
+    let leg_b = candidate_at(drawn.y).xyz - a;
+    let leg_c = candidate_at(drawn.z).xyz - a;
     let area = cross(leg_b, leg_c);
     let lengths = vec2(length(leg_b), length(leg_c));
     if min(lengths.x, lengths.y) < LEAST_LEG_M || length(area) < LEAST_SINE * lengths.x * lengths.y {

@@ -7,9 +7,11 @@ struct Met {
 fn first_met(p: vec3<f32>) -> Met {
     var met = Met(NONE, 0.0);
     var least = 3.0e38;
-    for (var k = 0u; k < min(panes.slots, KEPT_PANES); k++) {
-        if panes.list[k].id != 0u {
-            let crossing = cross_pane(panes.list[k], p, MARGIN_M);
+    let slots = pane_slots();
+    for (var k = 0u; k < slots; k++) {
+        let pane = pane_at(k);
+        if pane.id != 0u {
+            let crossing = cross_pane(pane, p, MARGIN_M);
             let reached = crossing.inside && crossing.over > -glass_params.plane_tolerance_m;
             if reached && crossing.share < least {
                 least = crossing.share;

@@ -8,7 +8,7 @@ pub enum DropReason {
     NoReturn,
     /// A coordinate, the intensity or the time is NaN or infinite.
     NotFinite,
-    /// The ring is no whole number from 0 to 65534.
+    /// The ring is no whole number from 0 to 65535, of which the last is [`super::Point::UNKNOWN`].
     Ring,
     /// The return's code has no meaning in the configured [`super::ReturnCodes`].
     ReturnCode,
@@ -25,7 +25,7 @@ impl DropReason {
         match self {
             Self::NoReturn => "no return",
             Self::NotFinite => "a value is NaN or infinite",
-            Self::Ring => "the ring is no whole number from 0 to 65534",
+            Self::Ring => "the ring is no whole number from 0 to 65535",
             Self::ReturnCode => "the return's code is unknown",
             Self::Label => "the label is no whole number from 0 to 2^32 - 2",
         }

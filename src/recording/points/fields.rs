@@ -226,8 +226,9 @@ impl Reader<'_> {
         })
     }
 
+    /// The number that stands for no ring is one, too, so that a point keeps its place without its ring.
     fn ring(&self, value: f64) -> Result<u16, DropReason> {
-        let ring = whole(value, Point::UNKNOWN.into()).and_then(|ring| u16::try_from(ring).ok());
+        let ring = whole(value, u32::from(Point::UNKNOWN) + 1).and_then(|ring| u16::try_from(ring).ok());
         ring.ok_or(DropReason::Ring)
     }
 }

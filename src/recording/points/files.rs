@@ -13,8 +13,9 @@ const MAX_FILE_BYTES: u64 = 1 << 30;
 /// Times in file names are later than 1973.
 const LEAST_EPOCH_S: u64 = 100_000_000;
 
-/// Reads one file, or those of a folder in order of their names; see [`Scans`]. The stamp is the time in seconds that the
-/// file's name is, if it is one, else the earliest time since 1970 of its points, else 0.
+/// Reads one file, or those of a folder in order of their names; see [`Scans`]. The stamp is that of a PLY file's
+/// comment `stamp_ns`, else the time in seconds that the file's name is, if it is one, else the earliest time since 1970 of
+/// its points, else 0.
 pub struct FileScans {
     files: Vec<PathBuf>,
     next: usize,

@@ -40,7 +40,8 @@ pub struct Point {
     pub intensity: f32,
     /// Time of the firing after the scan's stamp, seconds; negative where the stamp is that of the scan's end.
     pub time_s: f32,
-    /// Laser by elevation as the source numbers it (0 is the lowest for Velodyne); [`Self::UNKNOWN`] where not known.
+    /// Laser by elevation as the source numbers it (0 is the lowest for Velodyne); [`Self::UNKNOWN`] where not known,
+    /// which sources give as 65535.
     pub ring: u16,
     /// Firing by azimuth within the scan, from 0; [`Self::UNKNOWN`] where not known.
     pub column: u16,

@@ -57,7 +57,8 @@ impl PropertyAccess for Nothing {
 }
 
 /// The scan in a file's bytes: the vertices' properties are read as the fields of a `PointCloud2` (see
-/// [`super::cloud::from_ros`]).
+/// [`super::cloud::from_ros`]). Comments `stamp_ns N` and `frame_id NAME`, as [`crate::recording::write::save_scan`] writes them,
+/// are its stamp and frame; `stamp_ns` is the stamp of a file without the first, or with stamp 0.
 ///
 /// # Errors
 /// [`crate::Error::Decode`] for files that are no PLY, have no vertices, are cut short, or have vertices with lists, and
@@ -69,7 +70,13 @@ pub fn read(bytes: &[u8], stamp_ns: u64, options: &Options) -> Result<Scan> {
         check_size(element, header.encoding, bytes.len())?;
         if element.name == "vertex" {
             let numbers = vertices(&mut reader, element, &header)?;
-            return points(&numbers, element, stamp_ns, options);
+            let stamp_ns = said(&header, "stamp_ns")
+                .and_then(|stamp| stamp.parse().ok())
+                .filter(|&s| s != 0)
+                .unwrap_or(stamp_ns);
+            let frame_id = said(&header, "frame_id").unwrap_or_default();
+            return points(&numbers, element, stamp_ns, options)
+                .map(|scan| Scan { frame_id: frame_id.into(), ..scan });
         }
         let (mut left, parser) = (element.count, Parser::<Nothing>::new());
         while left > 0 {
@@ -78,6 +85,15 @@ pub fn read(bytes: &[u8], stamp_ns: u64, options: &Options) -> Result<Scan> {
         }
     }
     Err(decode_error(WHAT, "it has no element `vertex`"))
+}
+
+/// The one word of the first comment that is `key` and a word.
+fn said<'a>(header: &'a Header, key: &str) -> Option<&'a str> {
+    header.comments.iter().find_map(|comment| {
+        let mut words = comment.split_ascii_whitespace();
+        let word = words.next().filter(|first| *first == key).and(words.next())?;
+        words.next().is_none().then_some(word)
+    })
 }
 
 /// The element with as many as are parsed at a time, which are taken off those left.

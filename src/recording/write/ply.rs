@@ -8,7 +8,7 @@ use crate::error::{Error, Result};
 use crate::recording::points::{Point, Scan, Strength};
 
 /// Writes a scan as a binary little-endian PLY file: per point `x`, `y`, `z` (metres), `intensity` as float, `ring` as
-/// ushort where a point has one, `return_type` as uchar ([`crate::recording::points::ReturnType`]), `time_s` as float (seconds after the scan's
+/// ushort where a point has one (65535, [`Point::UNKNOWN`], for those that have none), `return_type` as uchar ([`crate::recording::points::ReturnType`]), `time_s` as float (seconds after the scan's
 /// stamp, which is in a comment); then `strength` as uchar ([`Strength`]) where a point has one, and `label` as uint
 /// where the scan is labelled.
 ///

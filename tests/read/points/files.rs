@@ -213,7 +213,48 @@ fn what_is_written_is_read_back() {
     // PLY files have no columns by azimuth.
     scan.points.iter_mut().for_each(|point| point.column = Point::UNKNOWN);
     assert!(found[0].points == scan.points);
+    assert!(scan.stamp_ns > 0 && !scan.frame_id.is_empty());
+    assert_eq!((found[0].stamp_ns, &found[0].frame_id), (scan.stamp_ns, &scan.frame_id));
     refused(save_scan(&folder.path().join("no/such.ply"), &scan), &["no/such.ply"]);
+}
+
+#[test]
+fn comments_that_name_a_stamp_and_a_frame_are_read() {
+    let read = |comments: &str| {
+        let bytes = [header("ascii", 1, comments).as_bytes(), b"1 2 3 4 5 6 7\n"].concat();
+        let scan = ply::read(&bytes, 5, &Options::default()).unwrap();
+        (scan.stamp_ns, scan.frame_id)
+    };
+    let late = "1689496219652560123";
+    let both = format!("comment stamp_ns {late}\ncomment frame_id velodyne\n");
+    assert_eq!(read(&both), (1_689_496_219_652_560_123, "velodyne".into()));
+    // The controls: what is no such comment leaves the stamp that the file's name gave.
+    for other in ["", "comment stamp_ns 0\n", "comment stamp_ns soon\n", "comment stamp_ns -1\n"] {
+        assert_eq!(read(other), (5, String::new()), "{other}");
+    }
+    let prose =
+        format!("comment stamp_ns {late} or so\ncomment the frame_id is missing\ncomment frame_id \n");
+    assert_eq!(read(&prose), (5, String::new()));
+}
+
+#[test]
+fn points_without_a_ring_among_others_that_have_one_are_kept() {
+    let (scans, _) = decode(&turning(80, VLP16), None);
+    let mut scan = scans[0].clone();
+    scan.points.iter_mut().for_each(|point| point.column = Point::UNKNOWN);
+    scan.points.iter_mut().step_by(3).for_each(|point| point.ring = Point::UNKNOWN);
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("000000.ply");
+    save_scan(&path, &scan).unwrap();
+    let (found, _) = read_all(&path, &Options::default()).unwrap();
+    assert!(found[0].points == scan.points && found[0].columns.ring);
+    assert_eq!(found[0].dropped.total(), 0);
+    // A ring that is no number of one still costs the point.
+    let text =
+        header("ascii", 2, "").replace("uchar ring", "int ring") + "1 2 3 4 5 65535 7\n1 2 3 4 5 65536 7\n";
+    let scan = read_ply(text.as_bytes()).unwrap();
+    assert_eq!((scan.points.len(), scan.points[0].ring), (1, Point::UNKNOWN));
+    assert_eq!(scan.dropped.count(DropReason::Ring), 1);
 }
 
 #[test]

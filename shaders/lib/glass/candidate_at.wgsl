@@ -1,0 +1,3 @@
+fn candidate_at(number: u32) -> vec4<f32> {
+    return textureLoad(candidates, candidate_texel(number), 0u);
+}
