@@ -37,7 +37,7 @@ fn frame(index: u64) -> RgbdFrame {
 #[test]
 fn methods_are_those_of_the_spec() {
     let keys = |config: &Config| contestants(config).iter().map(|c| c.key).collect::<Vec<_>>();
-    let plain = ["naive", "range", "median", "temporal", "naive_3_hits", "drm", "drm_weight"];
+    let plain = ["naive", "range", "median", "temporal", "naive_3_hits", "drm", "drm_gate"];
     assert_eq!(keys(&Config::default()), plain);
     assert_eq!(keys(&config(Fusion::Gate))[5..], ["drm", "drm_weight"]);
     assert_eq!(keys(&config(Fusion::Weight))[5..], ["drm", "drm_gate"]);
