@@ -4,8 +4,8 @@
     python weights/train.py SAMPLES... -o weights/drm-net.safetensors [--validate SAMPLES...] [--reference true|measured]
 
 The loss is the mean of |R - target| over pixels with a reference (`--loss bce`: their cross entropy, for comparison). Batch norm
-follows every convolution but the head's, and is folded into scale and bias at export. The same seed, samples and thread count (on a
-CPU) give the same file on the same machine. What is exported is a running average of the weights; an interrupt (Ctrl-C) ends training early
+follows every convolution but the head's, and is folded into scale and bias at export. The same seed, samples and thread count give
+the same file on the same CPU. What is exported is a running average of the weights; an interrupt (Ctrl-C) ends training early
 and exports what there is.
 """
 
