@@ -171,6 +171,10 @@ pub struct Config {
     pub scan_resolution_m: f64,
     /// Whether the points of a revolution are placed by the pose at their own times.
     pub deskew: bool,
+    /// Speed from one scan to the next above which the lidar's pose counts as having jumped, m/s; 0: none does.
+    pub pose_jump_m_s: f64,
+    /// Rate of turning above which it does, degrees per second; 0: none does.
+    pub pose_jump_deg_s: f64,
     /// R: intensity of full scale, in the sensor's unit; 0: `intensity_percentile` of the first scan.
     pub intensity_full_scale: f64,
     /// Percentile of the first scan's intensities that is taken as full scale.
@@ -301,6 +305,8 @@ impl Default for Config {
             scan_map_size_m: 20.0,
             scan_resolution_m: 0.1,
             deskew: true,
+            pose_jump_m_s: 10.0,
+            pose_jump_deg_s: 360.0,
             intensity_full_scale: 255.0,
             intensity_percentile: 99.0,
             layer_heights_m: vec![-0.5, 0.0, 0.5],

@@ -95,6 +95,12 @@ fn print_report(report: &ScanRunReport) {
     if report.without_pose > 0 {
         println!("{} without a pose", report.without_pose);
     }
+    if report.pose_jumps > 0 {
+        println!(
+            "{} times the pose jumped; cells and panes kept from before stay where they were",
+            report.pose_jumps
+        );
+    }
     if let Some(last) = &report.last {
         let cells = CellClass::ALL.map(|class| format!("{} {}", last.count(class), class.name()));
         println!("last scan: {} points; cells: {}", last.points, cells.join(", "));

@@ -73,6 +73,8 @@ impl Config {
         }
         for (key, value) in [
             ("intensity_full_scale", self.intensity_full_scale),
+            ("pose_jump_m_s", self.pose_jump_m_s),
+            ("pose_jump_deg_s", self.pose_jump_deg_s),
             ("plane_below_m", self.plane_below_m),
             ("plane_half_thickness_m", self.plane_half_thickness_m),
             ("azimuth_step_deg", self.azimuth_step_deg),

@@ -7,6 +7,7 @@ use crate::config::Config;
 use crate::error::{Error, Result};
 use crate::geometry::Rigid;
 use crate::gpu::{Chosen, Executor, Plan, Readback};
+use crate::lidar::PoseTrack;
 use crate::recording::points::Scan;
 use crate::stage::glass::{Glass, GlassMoment, MOST_POINTS};
 use crate::stage::intensity_layers::POINT_ROW;
@@ -30,11 +31,16 @@ pub struct LabelledScan {
 }
 
 impl LabelledScan {
-    /// Of a scan of `points` points that came back.
+    /// Of a scan of `points` points that came back, its pose having `jumped` or not.
     ///
     /// # Errors
     /// [`Error::Gpu`] where labels were not read back.
-    pub(crate) fn read(readback: &Readback, executor: &Executor, points: usize) -> Result<Self> {
+    pub(crate) fn read(
+        readback: &Readback,
+        executor: &Executor,
+        points: usize,
+        jumped: bool,
+    ) -> Result<Self> {
         let bytes = |name: &str| readback.bytes(executor.find(name)?);
         let words = |name: &str| -> Result<Vec<u32>> {
             Ok(bytes(name)?.chunks_exact(4).map(pod_read_unaligned).collect())
@@ -46,7 +52,10 @@ impl LabelledScan {
         Ok(Self {
             classes: words("classes")?.iter().take(points).map(class).collect(),
             panes: panes.filter(|pane| pane.id != 0).collect(),
-            counters: GlassCounters::of_words(&words("glass_counters")?),
+            counters: GlassCounters {
+                pose_jumps: u32::from(jumped),
+                ..GlassCounters::of_words(&words("glass_counters")?)
+            },
             pass_ms: spans.map(|(name, span)| (name.to_string(), span.length_ns * 1e-6)).collect(),
         })
     }
@@ -59,6 +68,7 @@ pub struct Labeller {
     executor: Executor,
     capacity: u32,
     load: Option<Vec<Pane>>,
+    track: PoseTrack,
 }
 
 impl Labeller {
@@ -74,7 +84,8 @@ impl Labeller {
         let plan = plan(&glass, config, capacity)?;
         let context = Chosen::find(adapter)?.open(&plan.requirements(), profiling)?;
         let executor = Executor::build(&context, plan)?;
-        Ok(Self { config: config.clone(), glass, executor, capacity, load: None })
+        let (load, track) = (None, PoseTrack::default());
+        Ok(Self { config: config.clone(), glass, executor, capacity, load, track })
     }
 
     /// Panes to begin with, in the frame of the poses; they replace those that are kept.
@@ -82,11 +93,12 @@ impl Labeller {
         self.load = Some(panes);
     }
 
-    /// Forgets all panes.
+    /// Forgets all panes and the last pose.
     ///
     /// # Errors
     /// [`Error::Gpu`], [`Error::DeviceLost`].
     pub fn reset(&mut self) -> Result<()> {
+        self.track = PoseTrack::default();
         self.executor.reset()
     }
 
@@ -126,7 +138,8 @@ impl Labeller {
         input.submit()?;
         let missing = || Error::Gpu { what: "labels".into(), reason: "nothing was under way".into() };
         let readback = self.executor.receive()?.ok_or_else(missing)?;
-        LabelledScan::read(&readback, &self.executor, scan.points.len())
+        let jumped = self.track.jumps(&self.config, scan.stamp_ns, map_from_lidar);
+        LabelledScan::read(&readback, &self.executor, scan.points.len(), jumped)
     }
 }
 

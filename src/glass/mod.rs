@@ -73,6 +73,8 @@ pub struct GlassCounters {
     pub found_panes: u32,
     /// Points of each [`PointClass`].
     pub classes: [u32; 5],
+    /// Whether the lidar's pose jumped since the scan before: panes that are kept stay where they were. 0 or 1.
+    pub pose_jumps: u32,
 }
 
 impl GlassCounters {
@@ -91,6 +93,7 @@ impl GlassCounters {
             refused_planes,
             found_panes,
             classes: [a, b, c, d, e],
+            pose_jumps: 0,
         }
     }
 }

@@ -1,6 +1,7 @@
 //! The lidar path: scans in, classified plan maps out, in one GPU submission per scan (spec 2).
 
 mod job;
+mod jumps;
 mod output;
 pub mod pipeline;
 mod planes;
@@ -8,6 +9,7 @@ mod run;
 pub mod score;
 
 pub use job::{ScanJob, ScanMoment, ScanStage, Turn};
+pub(crate) use jumps::PoseTrack;
 pub use output::{CellClass, ScanLayers, ScanOptions, ScanOutput};
 pub use pipeline::ScanPipeline;
 pub use planes::{full_scale, plane_rings};

@@ -3,7 +3,7 @@
 use bytemuck::pod_read_unaligned;
 use glam::DVec2;
 
-use super::{ScanFrame, ScanJob, ScanPose};
+use super::{ScanFrame, ScanJob, ScanMoment, ScanPose};
 use crate::error::Result;
 use crate::frame::Grid;
 use crate::geometry::Rigid;
@@ -85,6 +85,9 @@ pub struct ScanOutput {
     pub costmap: Vec<u8>,
     /// [`CellClass`] of each cell, as its number.
     pub classes: Vec<u8>,
+    /// Whether the lidar's pose jumped since the scan before (`pose_jump_m_s`, `pose_jump_deg_s`); what is kept from scans
+    /// before stays where it was in the map.
+    pub pose_jumped: bool,
     /// Points of the scan.
     pub points: usize,
     /// Labels and panes, where glass is searched for.
@@ -109,14 +112,17 @@ pub(crate) struct Pending {
     stamp_ns: u64,
     map_frame: String,
     pose: ScanPose,
+    pose_jumped: bool,
     towards_goal: Option<DVec2>,
     grid: Grid,
     points: usize,
 }
 
 impl Pending {
-    pub(crate) fn new(frame: &ScanFrame, pose: ScanPose, towards_goal: Option<DVec2>, grid: Grid) -> Self {
+    pub(crate) fn new(frame: &ScanFrame, moment: &ScanMoment<'_>, grid: Grid, pose_jumped: bool) -> Self {
+        let ScanMoment { pose, towards_goal, .. } = *moment;
         Self {
+            pose_jumped,
             index: frame.scan.index,
             stamp_ns: frame.scan.stamp_ns,
             map_frame: frame.map_frame.clone(),
@@ -159,7 +165,10 @@ pub(crate) fn output(
         ));
         Ok(ScanLayers { grids })
     };
-    let glass = job.glass.is_some().then(|| LabelledScan::read(readback, executor, pending.points));
+    let glass = job
+        .glass
+        .is_some()
+        .then(|| LabelledScan::read(readback, executor, pending.points, pending.pose_jumped));
     Ok(ScanOutput {
         index: pending.index,
         stamp_ns: pending.stamp_ns,
@@ -170,6 +179,7 @@ pub(crate) fn output(
         grid: pending.grid,
         costmap: quads("plan_costs")?,
         classes: quads("plan_classes")?,
+        pose_jumped: pending.pose_jumped,
         points: pending.points,
         glass: glass.transpose()?,
         layers: job.layers.then(layers).transpose()?,

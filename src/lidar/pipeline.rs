@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 
 use super::output::{Pending, output};
 use super::{MAX_POINTS, ScanFrame, ScanJob, ScanMoment, ScanOptions, ScanOutput, ScanStage};
-use super::{full_scale, plane_rings};
+use super::{PoseTrack, full_scale, plane_rings};
 use crate::config::Config;
 use crate::error::{Error, Result};
 use crate::glass::{BeamGrid, read_panes};
@@ -64,6 +64,7 @@ pub struct ScanPipeline {
     executor: Executor,
     window: Option<Window>,
     last_stamp_ns: Option<u64>,
+    track: PoseTrack,
     pending: VecDeque<Pending>,
     /// Results taken from an executor that was replaced by a larger one.
     ready: VecDeque<ScanOutput>,
@@ -91,8 +92,8 @@ impl ScanPipeline {
         let context =
             Chosen::find(options.adapter.as_deref())?.open(&plan.requirements(), options.profiling)?;
         let executor = Executor::build(&context, plan)?;
-        let (pending, ready) = (VecDeque::new(), VecDeque::new());
-        Ok(Self { job, stages, executor, window: None, last_stamp_ns: None, pending, ready })
+        let (pending, ready, track) = (VecDeque::new(), VecDeque::new(), PoseTrack::default());
+        Ok(Self { job, stages, executor, window: None, last_stamp_ns: None, track, pending, ready })
     }
 
     /// Starts a scan; returns at once. Receive first when [`ScanPipeline::is_full`].
@@ -112,7 +113,6 @@ impl ScanPipeline {
         let window = Window::around(base.x, base.y, resolution_m, side, self.window);
         let since_last_s = self.last_stamp_ns.map(|last| seconds_between(last, frame.scan.stamp_ns));
         let moment = ScanMoment::new(&self.job, frame, pose, window, since_last_s);
-        let towards_goal = moment.towards_goal;
         let mut input = self.executor.begin()?;
         input.write("points", bytemuck::cast_slice(&frame.scan.points))?;
         for stage in &self.stages {
@@ -121,7 +121,8 @@ impl ScanPipeline {
         input.submit()?;
         self.window = Some(window);
         self.last_stamp_ns = Some(frame.scan.stamp_ns);
-        self.pending.push_back(Pending::new(frame, pose, towards_goal, window.grid(resolution_m, side)));
+        let jumped = self.track.jumps(&self.job.config, frame.scan.stamp_ns, pose.map_from_lidar());
+        self.pending.push_back(Pending::new(frame, &moment, window.grid(resolution_m, side), jumped));
         Ok(())
     }
 

@@ -21,6 +21,8 @@ pub struct ScanRunReport {
     pub scans: u64,
     /// Scans without a pose, counted and passed over.
     pub without_pose: u64,
+    /// Scans to whose pose the lidar jumped from the scan before.
+    pub pose_jumps: u64,
     /// Scans that did not fit the pipeline, with the first reason.
     pub unfit: u64,
     /// The first such reason.
@@ -141,6 +143,7 @@ impl ScanRun<'_> {
         }
         (self.progress)(&output);
         self.report.scans += 1;
+        self.report.pose_jumps += u64::from(output.pose_jumped);
         self.report.last = Some(output);
         Ok(())
     }

@@ -6,161 +6,17 @@ use crate::config::Config;
 use crate::error::{Error, Result};
 use crate::geometry::Rigid;
 use crate::glass::{BeamGrid, Pane};
-use crate::gpu::{Extent, FrameInput, Invocations, Plan, ShaderSource};
+use crate::gpu::{Extent, FrameInput, Invocations, Plan};
 use crate::lidar::{ScanJob, ScanMoment, ScanStage};
 use crate::stage::intensity_layers::POINT_ROW;
 use crate::stage::{rows, single};
 
-const NUMBERS: &str = include_str!("../../shaders/lib/numbers.wgsl");
-const GRID: &str = include_str!("../../shaders/lib/glass/grid.wgsl");
-const POINTS: &str = include_str!("../../shaders/lib/points/texture.wgsl");
-const POINT: &str = include_str!("../../shaders/lib/glass/points.wgsl");
-const COUNTERS: &str = include_str!("../../shaders/lib/glass/counters.wgsl");
-const RETURNS: &str = include_str!("../../shaders/lib/glass/returns.wgsl");
-const FOUND: &str = include_str!("../../shaders/lib/glass/found.wgsl");
-const HYPOTHESIS: &str = include_str!("../../shaders/lib/glass/hypothesis.wgsl");
-const PANE: &str = include_str!("../../shaders/lib/glass/pane.wgsl");
-const CANDIDATES: &str = include_str!("../../shaders/lib/glass/candidates.wgsl");
-const CANDIDATE_AT: &str = include_str!("../../shaders/lib/glass/candidate_at.wgsl");
-const PANE_TEXELS: &str = include_str!("../../shaders/lib/glass/pane_texels.wgsl");
-const PLACED: &str = include_str!("../../shaders/lib/glass/placed.wgsl");
-const CLASS: &str = include_str!("../../shaders/lib/glass/class.wgsl");
-const PREFIX: &str = include_str!("../../shaders/lib/glass/prefix.wgsl");
-const MET: &str = include_str!("../../shaders/lib/glass/met.wgsl");
+mod shaders;
 
-/// Empties what the others count in.
-pub const CLEAR: ShaderSource =
-    ShaderSource { name: "glass/clear", parts: &[GRID, include_str!("../../shaders/glass/clear.wgsl")] };
-/// Points into cells.
-pub const ORGANIZE: ShaderSource = ShaderSource {
-    name: "glass/organize",
-    parts: &[
-        NUMBERS,
-        GRID,
-        POINTS,
-        POINT,
-        PLACED,
-        COUNTERS,
-        include_str!("../../shaders/glass/organize.wgsl"),
-    ],
+pub use shaders::{
+    ACCEPT, CANDIDATE, CLEAN, CLEAR, FIT, GATHER, LABEL, LABELLING, MIRROR, ORGANIZE, PEAK, REMEMBER, SCORE,
+    SETTLE, SURVEY,
 };
-/// Intensity peaks.
-pub const PEAK: ShaderSource = ShaderSource {
-    name: "glass/peak",
-    parts: &[GRID, POINTS, POINT, include_str!("../../shaders/glass/peak.wgsl")],
-};
-/// Beams that may end on glass.
-pub const CANDIDATE: ShaderSource = ShaderSource {
-    name: "glass/candidate",
-    parts: &[GRID, COUNTERS, RETURNS, include_str!("../../shaders/glass/candidate.wgsl")],
-};
-/// Their list.
-pub const GATHER: ShaderSource = ShaderSource {
-    name: "glass/gather",
-    parts: &[
-        GRID,
-        CANDIDATES,
-        POINTS,
-        POINT,
-        COUNTERS,
-        FOUND,
-        PREFIX,
-        include_str!("../../shaders/glass/gather.wgsl"),
-    ],
-};
-/// Hypotheses.
-pub const SCORE: ShaderSource = ShaderSource {
-    name: "glass/score",
-    parts: &[
-        GRID,
-        CANDIDATES,
-        CANDIDATE_AT,
-        PANE,
-        FOUND,
-        HYPOTHESIS,
-        include_str!("../../shaders/glass/score.wgsl"),
-    ],
-};
-/// Least squares.
-pub const FIT: ShaderSource = ShaderSource {
-    name: "glass/fit",
-    parts: &[
-        GRID,
-        CANDIDATES,
-        CANDIDATE_AT,
-        PANE,
-        FOUND,
-        HYPOTHESIS,
-        include_str!("../../shaders/glass/fit.wgsl"),
-    ],
-};
-/// What beams show of a plane.
-pub const SURVEY: ShaderSource = ShaderSource {
-    name: "glass/survey_plane",
-    parts: &[GRID, POINTS, POINT, RETURNS, FOUND, include_str!("../../shaders/glass/survey_plane.wgsl")],
-};
-/// Panes and their boundaries.
-pub const ACCEPT: ShaderSource = ShaderSource {
-    name: "glass/accept",
-    parts: &[
-        GRID,
-        CANDIDATES,
-        CANDIDATE_AT,
-        COUNTERS,
-        PANE,
-        FOUND,
-        PREFIX,
-        include_str!("../../shaders/glass/accept.wgsl"),
-    ],
-};
-/// Panes over time.
-pub const REMEMBER: ShaderSource = ShaderSource {
-    name: "glass/remember",
-    parts: &[GRID, PANE, FOUND, CLASS, include_str!("../../shaders/glass/remember.wgsl")],
-};
-/// Mirrored surfaces.
-pub const MIRROR: ShaderSource = ShaderSource {
-    name: "glass/mirror",
-    parts: &[GRID, PLACED, PANE, PANE_TEXELS, MET, CLASS, include_str!("../../shaders/glass/mirror.wgsl")],
-};
-/// Labels by steps 1 and 2.
-pub const LABEL: ShaderSource = ShaderSource {
-    name: "glass/label",
-    parts: &[
-        GRID,
-        POINTS,
-        POINT,
-        RETURNS,
-        PANE,
-        PANE_TEXELS,
-        CLASS,
-        include_str!("../../shaders/glass/label.wgsl"),
-    ],
-};
-/// Labels by step 3.
-pub const SETTLE: ShaderSource = ShaderSource {
-    name: "glass/settle",
-    parts: &[
-        GRID,
-        POINTS,
-        POINT,
-        COUNTERS,
-        PANE,
-        PANE_TEXELS,
-        CLASS,
-        include_str!("../../shaders/glass/settle.wgsl"),
-    ],
-};
-
-/// The cloud as the map takes it.
-pub const CLEAN: ShaderSource = ShaderSource {
-    name: "glass/clean",
-    parts: &[GRID, POINTS, POINT, PANE, CLASS, include_str!("../../shaders/glass/clean.wgsl")],
-};
-
-/// All passes of [`Glass`].
-pub const LABELLING: [ShaderSource; 13] =
-    [CLEAR, ORGANIZE, PEAK, CANDIDATE, GATHER, SCORE, FIT, SURVEY, ACCEPT, REMEMBER, MIRROR, LABEL, SETTLE];
 
 /// Panes that are searched for in one scan (`SCAN_PANES`).
 pub const SCAN_PANES: u32 = 4;

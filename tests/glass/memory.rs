@@ -88,15 +88,21 @@ fn a_pose_that_jumps_gives_a_second_pane_and_no_error() {
     let room = GlassRoom::default();
     let (scan, truth) = room.scan();
     let mut labeller = Labeller::open(&Config::default(), &scan, None, false).unwrap();
-    labeller.label(&scan, pose(&room)).unwrap();
+    assert_eq!(labeller.label(&scan, pose(&room)).unwrap().counters.pose_jumps, 0, "the first never jumps");
     let jumped = Rigid { translation_m: DVec3::new(400.0, -90.0, 3.0), ..pose(&room) };
     let labelled = labeller.label(&scan, jumped).unwrap();
     let near = labelled.panes.iter().filter(|pane| pane.normal.w < 10.0).count();
     assert_eq!((labelled.panes.len(), near), (2, 1));
+    assert_eq!(labelled.counters.pose_jumps, 1);
     assert_eq!(wrong(&labelled, &truth, PointClass::Glass)[1], 0);
     let nowhere = Rigid { translation_m: DVec3::splat(f64::NAN), ..Rigid::IDENTITY };
     let error = labeller.label(&scan, nowhere).unwrap_err().to_string();
     assert!(error.contains("pose"), "{error}");
+    assert_eq!(
+        labeller.label(&scan, jumped).unwrap().counters.pose_jumps,
+        0,
+        "a pose that is refused is none"
+    );
 }
 
 #[test]

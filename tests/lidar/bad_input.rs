@@ -1,13 +1,15 @@
 //! Scans that are empty, too large, without what is asked for, or not numbers.
 
+use glam::{DQuat, DVec3};
 use limpid::config::PlaneSource;
-use limpid::lidar::{CellClass, MAX_POINTS, ScanFrame, ScanOptions, ScanPipeline};
+use limpid::geometry::Rigid;
+use limpid::lidar::{CellClass, MAX_POINTS, ScanFrame, ScanOptions, ScanPipeline, ScanPose};
 use limpid::recording::points::Point;
 use limpid::{Config, Error};
 
 use crate::support::gpu::skipped;
 use crate::support::random::Random;
-use crate::support::scan::{open, point, run_one, scan, step, still};
+use crate::support::scan::{open, point, posed, run_one, scan, step, still};
 
 fn refused(config: &Config, frame: &ScanFrame, part: &str) {
     let error = ScanPipeline::open(config, frame, &ScanOptions::default()).err().unwrap().to_string();
@@ -102,4 +104,46 @@ fn the_same_scans_give_the_same_bits() {
     let (a, b) = (run_one(&Config::default(), &frame), run_one(&Config::default(), &frame));
     assert_eq!(a, b);
     assert!(a.count(CellClass::Solid) > 100);
+}
+
+#[test]
+fn a_pose_that_jumps_is_counted_and_the_scan_is_used() {
+    if skipped() {
+        return;
+    }
+    let frame = |index: u64, x_m: f64, turned_deg: f64| {
+        let rotation = DQuat::from_rotation_z(turned_deg.to_radians());
+        let map_from_base = Rigid { rotation, translation_m: DVec3::new(x_m, 0.0, 0.0) };
+        let pose = ScanPose { map_from_base, base_from_lidar: Rigid::IDENTITY, sweep: None };
+        posed(scan(index, vec![point([1.05, 1.05, 0.2], 255.0)]), pose)
+    };
+    // At 10 Hz 1 m and 36 degrees a scan are the most; a scan that repeats the stamp, or goes back, has as much.
+    let drive = [
+        (0, 50.0, 90.0, false, "the first"),
+        (1, 50.9, 90.0, false, "9 m/s"),
+        (2, 52.0, 90.0, true, "11 m/s"),
+        (3, 52.0, 125.0, false, "350 degrees/s"),
+        (4, 52.0, 165.0, true, "400 degrees/s"),
+        (5, 52.0, -195.0, false, "the same heading by another number"),
+        (15, 61.0, -195.0, false, "9 m within a second without scans"),
+        (14, 61.5, -195.0, false, "a stamp that goes back"),
+        (14, 63.0, -195.0, true, "back, and too far"),
+    ];
+    let jumps = |config: &Config| -> Vec<bool> {
+        let mut pipeline = open(config, &frame(0, 50.0, 90.0));
+        drive
+            .iter()
+            .map(|&(index, x_m, deg, ..)| {
+                let out = step(&mut pipeline, &frame(index, x_m, deg));
+                assert_eq!(out.count(CellClass::Solid), 1, "the scan is used");
+                out.pose_jumped
+            })
+            .collect()
+    };
+    let found = jumps(&Config::default());
+    for (found, (_, _, _, wanted, what)) in found.into_iter().zip(drive) {
+        assert_eq!(found, wanted, "{what}");
+    }
+    let off = Config { pose_jump_m_s: 0.0, pose_jump_deg_s: 0.0, ..Config::default() };
+    assert_eq!(jumps(&off), [false; 9]);
 }

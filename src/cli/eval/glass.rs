@@ -33,6 +33,7 @@ struct Evaluation {
     scans: u64,
     unlabelled_scans: u64,
     scans_without_pose: u64,
+    pose_jumps: u64,
     times: Vec<Duration>,
 }
 
@@ -81,6 +82,7 @@ fn evaluate(
         evaluation.times.push(start.elapsed());
         evaluation.tally.add(&scan, &labelled);
         evaluation.baseline.add(&scan, &drop_behind_planes(&scan, &labelled.panes));
+        evaluation.pose_jumps += u64::from(labelled.counters.pose_jumps);
         evaluation.panes += labelled.panes.len() as u64;
         evaluation.scans += 1;
     }
@@ -113,12 +115,19 @@ fn report(arguments: &EvalArguments, evaluation: &Evaluation, memory: bool) -> R
         let (poses, labels) = (evaluation.scans_without_pose, evaluation.unlabelled_scans);
         println!("passed over: {poses} scans without a pose, {labels} without labels");
     }
+    if evaluation.pose_jumps > 0 {
+        println!(
+            "{} times the pose jumped; panes kept from before stay where they were",
+            evaluation.pose_jumps
+        );
+    }
     let Some(path) = &arguments.json else { return Ok(()) };
     let mut figures = json!(scores);
     figures["baseline"] = json!(baseline);
     figures["panes"] = json!(panes);
     figures["ms_per_scan"] = json!(ms_per_scan);
     figures["scans"] = json!(evaluation.scans);
+    figures["pose_jumps"] = json!(evaluation.pose_jumps);
     figures["memory"] = json!(memory);
     save(path, &format!("{figures:#}\n"))
 }
