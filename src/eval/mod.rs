@@ -12,6 +12,7 @@ pub mod ranking;
 pub mod report;
 pub mod result;
 pub mod scene;
+pub mod shown;
 pub mod source;
 
 pub use contest::{Contest, contestants};

@@ -2,7 +2,9 @@
 
 use std::path::Path;
 
+use super::contest::Entry;
 use super::scene::Scored;
+use super::shown::{DRAWN, Shown};
 use crate::error::Result;
 use crate::recording::RgbdFrame;
 use crate::recording::write::png::canvas::{Canvas, Rgb, mix};
@@ -144,28 +146,42 @@ fn color_panel(frame: &RgbdFrame) -> Panel<'static> {
 /// # Errors
 /// [`crate::Error::File`] or [`crate::Error::Encode`], both with the path.
 pub fn save(scored: &Scored, path: &Path) -> Result<()> {
-    let frame = &scored.frame.frame;
+    let is_glass = |cell: usize| scored.window.cells.get(cell) == Some(&crate::sim::truth::GLASS);
+    let truth = scored
+        .entries
+        .first()
+        .map(|entry| Panel::costmap("truth", entry.output.grid.width, &scored.window.costs, is_glass));
+    draw(&scored.frame.frame, &scored.entries, Some(&scored.frame.truth.depth_m), truth, path)
+}
+
+/// A frame of which no truth is known: colour, depth, reliability; the costs of the same methods.
+///
+/// # Errors
+/// As [`save`].
+pub fn save_shown(shown: &Shown, path: &Path) -> Result<()> {
+    draw(&shown.frame, &shown.entries, None, None, path)
+}
+
+fn draw(
+    frame: &RgbdFrame,
+    entries: &[Entry],
+    true_depth_m: Option<&[f32]>,
+    true_map: Option<Panel<'_>>,
+    path: &Path,
+) -> Result<()> {
     let width = frame.depth.camera.width;
     let measured = super::depth::measured_m(frame);
-    let mut images = vec![
-        color_panel(frame),
-        Panel::depth("depth", width, &measured),
-        Panel::depth("true depth", width, &scored.frame.truth.depth_m),
-    ];
-    let is_glass = |cell: usize| scored.window.cells.get(cell) == Some(&crate::sim::truth::GLASS);
+    let mut images = vec![color_panel(frame), Panel::depth("depth", width, &measured)];
+    images.extend(true_depth_m.map(|depth_m| Panel::depth("true depth", width, depth_m)));
     let mut maps = Vec::new();
-    let named = |key: &str| scored.entries.iter().find(|entry| entry.key == key);
-    for key in ["naive", "range", "drm"] {
-        let Some(entry) = named(key) else { continue };
+    for key in DRAWN {
+        let Some(entry) = entries.iter().find(|entry| entry.key == key) else { continue };
         maps.push(Panel::costmap(key, entry.output.grid.width, &entry.output.costmap, |_| false));
         if key == "drm" {
             let images_of = entry.images()?;
             images.push(Panel::reliability("reliability", width, &images_of.reliability, &measured));
         }
     }
-    if let Some(entry) = scored.entries.first() {
-        let side = entry.output.grid.width;
-        maps.push(Panel::costmap("truth", side, &scored.window.costs, is_glass));
-    }
+    maps.extend(true_map);
     sheet(&[(&images, IMAGE), (&maps, [MAP, MAP])], path)
 }

@@ -29,7 +29,8 @@ fn a_recording_with_truth_gives_figures_page_and_pictures() {
     let [recording, json, page] = ["drive.mcap", "eval.json", "report"].map(|name| folder.path().join(name));
     record_small_room(&recording, 20);
     let [input, json_path, page_path] = [&recording, &json, &page].map(|path| path.to_str().unwrap());
-    let output = eval(&[input, "--json", json_path, "--html", page_path]);
+    let room = "testdata/room.mcap,testdata/config/limpid.yaml";
+    let output = eval(&[input, "--json", json_path, "--html", page_path, "--show", room]);
     let text = String::from_utf8_lossy(&output.stdout).into_owned();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     assert!(text.contains("recordings: 1 scenes, 10 frames scored"), "{text}");
@@ -55,8 +56,11 @@ fn a_recording_with_truth_gives_figures_page_and_pictures() {
     assert!(level["predictors"]["gradient"]["auprc"].as_f64().unwrap() > 0.0);
     let html = std::fs::read_to_string(page.join("index.html")).unwrap();
     assert!(html.contains("drive-mcap.png") && html.contains("naive_3_hits"), "{html}");
-    let picture = image::load_from_memory(&std::fs::read(page.join("drive-mcap.png")).unwrap()).unwrap();
+    assert!(html.contains("testdata/room.mcap (no ground truth; after "), "{html}");
+    let [picture, shown] = ["drive-mcap.png", "shown-testdata-room-mcap.png"]
+        .map(|name| image::load_from_memory(&std::fs::read(page.join(name)).unwrap()).unwrap());
     assert!(picture.width() > 1200 && picture.height() > 600);
+    assert!(shown.width() >= 800 && shown.height() == picture.height(), "{}", shown.width());
 }
 
 #[test]
@@ -95,6 +99,7 @@ fn wrong_usage_says_what_is_right() {
     fails(&["--quick", "--scenes", "2"], 2, &["--quick"]);
     fails(&["some.mcap", "--scenes", "2"], 2, &["--scenes"]);
     fails(&["--pairs", "list.yaml"], 2, &["INPUTS"]);
+    fails(&["--show", "some.mcap"], 2, &["--html"]);
     fails(&["--family", "other"], 2, &["held-out"]);
     fails(&["--size", "801x480", "--scenes", "1"], 2, &["camera.width"]);
     fails(&["--scenes", "1", "--weights", "no/such.safetensors"], 1, &["no/such.safetensors"]);
@@ -102,6 +107,11 @@ fn wrong_usage_says_what_is_right() {
 
 #[test]
 fn recordings_without_truth_are_named() {
+    let page = tempfile::tempdir().unwrap();
+    let page_path = page.path().to_str().unwrap();
+    // What is to be shown is looked at before anything is scored.
+    fails(&["--show", "no/such.mcap", "--html", page_path], 1, &["no/such.mcap"]);
+    fails(&["--show", "testdata/room.mcap,no/such.yaml", "--html", page_path], 1, &["no/such.yaml"]);
     fails(&["testdata/room.mcap"], 1, &["testdata/room.mcap", "no ground truth", "limpid sim"]);
     fails(&["no/such.mcap"], 1, &["no/such.mcap"]);
     fails(&["Cargo.toml"], 1, &["Cargo.toml", "MCAP"]);

@@ -3,6 +3,7 @@
 mod glass;
 mod pairs;
 mod scenes;
+mod shown;
 
 use std::path::{Path, PathBuf};
 
@@ -12,6 +13,7 @@ use limpid::sim::generate::{Family, Level};
 use limpid::{Error, Result};
 use serde_json::Value;
 
+use self::shown::ToShow;
 use super::save;
 
 #[derive(Debug, Args)]
@@ -45,6 +47,9 @@ pub(crate) struct EvalArguments {
     /// Write a page with tables and pictures: DIR/index.html
     #[arg(long, value_name = "DIR")]
     html: Option<PathBuf>,
+    /// Show a recording without ground truth on the page too: its last frame and the maps up to there; repeat for more
+    #[arg(long, value_name = "RECORDING[,CONFIG]", requires = "html")]
+    show: Vec<ToShow>,
     /// Use the adapter whose name or driver contains this
     #[arg(long, value_name = "NAME")]
     adapter: Option<String>,

@@ -13,7 +13,7 @@ use limpid::sim::generate::{Level, generate, vary_sensor};
 use limpid::{Config, Error, Result};
 use serde::{Deserialize, Serialize};
 
-use super::{EvalArguments, make_folder};
+use super::{EvalArguments, make_folder, shown};
 use crate::cli::run::progress_bar;
 
 pub(super) fn generated(arguments: &EvalArguments) -> Result<()> {
@@ -88,6 +88,8 @@ struct Judge<'a> {
     contestants: Vec<Contestant>,
     /// Changes with whatever changes results, so that kept ones are used only where they still hold.
     settings: String,
+    /// Captions and files of pictures of recordings without truth.
+    shown: Vec<(String, String)>,
 }
 
 /// A kept result.
@@ -111,7 +113,8 @@ impl<'a> Judge<'a> {
             limpid::weights::SHIPPED.hash(&mut hasher);
         }
         let settings = format!("{} {config:?} weights {:x}", env!("CARGO_PKG_VERSION"), hasher.finish());
-        Ok(Self { contestants: contestants(&config), arguments, config, settings })
+        let (shown, contestants) = (shown::draw_all(arguments)?, contestants(&config));
+        Ok(Self { arguments, config, contestants, settings, shown })
     }
 
     /// A generated scene, or what is kept of it.
@@ -183,6 +186,7 @@ impl<'a> Judge<'a> {
             let path = self.picture(&result.name).filter(|path| path.exists());
             *picture = path.and_then(|path| Some(path.file_name()?.to_string_lossy().into_owned()));
         }
+        report.scenes.extend(self.shown.iter().cloned().map(|(caption, file)| (caption, Some(file))));
         print!("{}", report.text());
         self.arguments.write(&report.json(), &report.html())
     }
