@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use limpid::camera::CameraModel;
 use limpid::config::{Config, Method};
-use limpid::gpu::{Context, Executor, Shader, ShaderSource};
+use limpid::gpu::{Context, Executor, Shader, ShaderSource, ShaderText};
 use limpid::network::{Backend, all_kernels};
 use limpid::stage::drm::Drm;
 use limpid::stage::{Job, align_color, back_project, inflate, ingest, move_window, register_color};
@@ -206,4 +206,55 @@ fn frames_allocate_nothing() {
     let second = Executor::build(pipeline.executor().context(), plan).unwrap();
     let after = objects(second.context());
     assert!([0, 1, 2, 4].iter().all(|&i| after[i] > before[i]), "{before:?} {after:?}");
+}
+
+/// The head of a pass with one loop, and the loop.
+fn with_loop(lines: &str) -> ShaderText {
+    let text = format!(
+        "const STEP = 4u;\n@group(0) @binding(0) var<storage, read_write> sums: array<u32>;\n\
+         @compute @workgroup_size(1)\nfn run(@builtin(global_invocation_id) id: vec3<u32>) {{\n\
+         let count = sums[0];\n{lines}\n}}"
+    );
+    ShaderText { label: "pass".into(), entry_point: "run", text }
+}
+
+#[test]
+fn loops_run_without_a_guard_only_where_they_are_sure_to_end() {
+    for (ends, lines) in [
+        (true, "for (var i = 0u; i < 9u; i += 2u) { sums[i] = 1u; }"),
+        (true, "for (var i = id.x; i < count; i++) { sums[i] = 1u; }"),
+        (true, "for (var i = id.x; i < min(count, 4096u); i += STEP) { sums[i] = 1u; }"),
+        (
+            true,
+            "for (var i = 0u; i < count; i++) { for (var k = 0u; k < i; k++) { if k == 3u { break; } sums[k] = i; } }",
+        ),
+        (
+            true,
+            "for (var i = 0u; i < select(0u, 1u, id.x < count && sums[id.x] == 2u); i++) { sums[i] = 1u; }",
+        ),
+        (true, "for (var i = 0u; i < firstTrailingBit(sums[i]); i++) { sums[i] = 1u; }"),
+        (false, "for (var i = 0u; ; i++) { if sums[0] == 1u { continue; } if !(i < count) { break; } }"),
+        // From the largest number but one it would go on with 0.
+        (false, "for (var i = id.x; i < count; i += 2u) { sums[i] = 1u; }"),
+        (false, "for (var i = id.x; i < max(count, 4096u); i += STEP) { sums[i] = 1u; }"),
+        (false, "for (var i = id.x; i <= count; i++) { sums[i] = 1u; }"),
+        (false, "for (var i = 0u; i < count; i += id.x) { sums[i] = 1u; }"),
+        (false, "for (var i = 0u; i < count; i++) { i = 0u; sums[i] = 1u; }"),
+        (false, "for (var i = 0u; i < count; i++) { for (var k = 0u; k <= i; k++) { sums[k] = i; } }"),
+        (false, "var i = 0u; while i < count { sums[i] = 1u; i++; }"),
+        (false, "loop { if sums[1] == 7u { break; } sums[2] = 1u; }"),
+    ] {
+        let shader = Shader::parse(with_loop(lines)).unwrap();
+        assert_eq!(shader.counted_loops, ends, "{lines}");
+    }
+}
+
+#[test]
+fn all_passes_of_glass_but_the_list_of_candidates_run_without_guards() {
+    let guarded = limpid::stage::glass::LABELLING.into_iter().filter(|source| {
+        let shader = Shader::parse(*source).unwrap();
+        !shader.counted_loops
+    });
+    let guarded: Vec<_> = guarded.map(|source| source.name).collect();
+    assert_eq!(guarded, ["glass/gather"]);
 }

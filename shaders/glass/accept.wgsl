@@ -49,12 +49,12 @@ fn counts_at(u: u32, v: u32) -> vec4<u32> {
 fn line_sum(line: u32, upright: bool) -> vec4<u32> {
     var sum = vec4(0u);
     if upright && line < SURVEY_WIDE {
-        for (var v = bounds.z; v <= bounds.w; v++) {
+        for (var v = bounds.z; v < bounds.w + 1u; v++) {
             sum += counts_at(line, v);
         }
     }
     if !upright && line < SURVEY_HIGH {
-        for (var u = bounds.x; u <= bounds.y; u++) {
+        for (var u = bounds.x; u < bounds.y + 1u; u++) {
             sum += counts_at(u, line);
         }
     }
@@ -64,7 +64,7 @@ fn line_sum(line: u32, upright: bool) -> vec4<u32> {
 // Beams that show glass in one upright line of squares.
 fn shown_in(line: u32) -> u32 {
     var sum = 0u;
-    for (var v = bounds.z; v <= bounds.w; v++) {
+    for (var v = bounds.z; v < bounds.w + 1u; v++) {
         let at = v * SURVEY_WIDE + line;
         sum += survey[SHOWN * SURVEY_SQUARES + at] + survey[SHINING * SURVEY_SQUARES + at];
     }
@@ -78,7 +78,7 @@ fn beams_at(line: u32) -> vec4<u32> {
     if line >= bounds.x && line <= bounds.y {
         let reach = found.plane.w * sqrt(max(1.0 / (glass_params.visible_cos * glass_params.visible_cos) - 1.0, 0.0));
         let u = SQUARE_M * (f32(line) + 0.5 - 0.5 * f32(SURVEY_WIDE));
-        for (var row = bounds.z; row <= bounds.w; row++) {
+        for (var row = bounds.z; row < bounds.w + 1u; row++) {
             let v = SQUARE_M * (f32(row) + 0.5 - 0.5 * f32(SURVEY_HIGH));
             let off = length(vec2(u, v));
             let beside = abs(v) < reach && off > BESIDE_FROM * reach && off < BESIDE_TO * reach;
@@ -187,7 +187,7 @@ fn accept(@builtin(local_invocation_index) lane: u32) {
         let v = core(SURVEY_HIGH);
         bounds = select(bounds, vec4(bounds.xy, v), tested);
         var sum = vec4(0u);
-        for (var k = v.x; k <= v.y; k++) {
+        for (var k = v.x; k < v.y + 1u; k++) {
             sum += sums[k];
         }
         let dense = f32(sum.x) >= LEAST_DENSITY * f32(sum.x + sum.y + sum.z + sum.w);

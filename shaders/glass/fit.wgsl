@@ -88,7 +88,7 @@ fn refit(lane: u32, count: u32, origin: vec3<f32>) {
     var first = vec4(0.0);
     var square = vec3(0.0);
     var product = vec3(0.0);
-    for (var k = lane; k < count; k += LANES) {
+    for (var k = lane; k < min(count, MOST_CANDIDATES); k += LANES) {
         let p = candidate_at(k).xyz;
         if is_near(plane, p) {
             let off = p - origin;
@@ -106,7 +106,7 @@ fn refit(lane: u32, count: u32, origin: vec3<f32>) {
 fn count_under(lane: u32, count: u32, limits: vec4<f32>) -> vec4<u32> {
     let plane = shared_plane;
     var under = vec4(0u);
-    for (var k = lane; k < count; k += LANES) {
+    for (var k = lane; k < min(count, MOST_CANDIDATES); k += LANES) {
         let c = candidate_at(k);
         under += select(vec4(0u), vec4(1u), (vec4(c.w) < limits) & vec4(is_near(plane, c.xyz)));
     }
@@ -146,7 +146,7 @@ fn fit(@builtin(local_invocation_index) lane: u32) {
         }
     }
     best[lane] = mine;
-    for (var k = lane; k < select(0u, SURVEY_COUNTS * SURVEY_SQUARES, enough); k += LANES) {
+    for (var k = lane; k < min(select(0u, NONE, enough), SURVEY_COUNTS * SURVEY_SQUARES); k += LANES) {
         survey[k] = 0u;
     }
     workgroupBarrier();

@@ -1,7 +1,7 @@
 // Labels the points whose beams meet a pane by what the pane mirrors. spec 3 §5, steps 1 and 2.
 @group(0) @binding(0) var<uniform> glass_params: GlassParams;
 @group(0) @binding(2) var<storage, read> cells: array<u32>;
-@group(0) @binding(3) var<storage, read> elevation_rows: array<u32>;
+@group(0) @binding(3) var row_texels: texture_storage_2d_array<rgba32float, read>;
 @group(0) @binding(4) var pane_texels: texture_storage_2d_array<rgba32float, read>;
 @group(0) @binding(5) var<storage, read> mirrored: array<u32>;
 @group(0) @binding(6) var<storage, read> met_points: array<u32>;
@@ -33,7 +33,7 @@ fn tolerance(range_m: f32) -> f32 {
 struct Around {
     column: u32,        // the first
     least_row: u32,
-    most_row: u32,
+    end_row: u32,       // one past the last
 }
 
 fn cells_around(column: u32, row: u32, columns: u32, rows: u32) -> Around {
@@ -41,7 +41,7 @@ fn cells_around(column: u32, row: u32, columns: u32, rows: u32) -> Around {
     return Around(
         select(first, first - glass_params.columns, first >= glass_params.columns),
         max(row, rows) - rows,
-        min(row + rows, glass_params.rows - 1u),
+        min(row + rows + 1u, glass_params.rows),
     );
 }
 
@@ -55,7 +55,7 @@ fn touching(column: u32, row: u32, range_m: f32) -> Touching {
     var around = cells_around(column, row, 1u, 1u);
     var found = Touching(false, 0u);
     for (var c = 0u; c < 3u; c++) {
-        for (var r = around.least_row; r <= around.most_row; r++) {
+        for (var r = around.least_row; r < around.end_row; r++) {
             let range_mm = mirrored[around.column * glass_params.rows + r];
             let some = range_mm != NONE;
             found.matches = found.matches || (some && abs(f32(range_mm) * M_PER_MM - range_m) < near);
@@ -72,8 +72,8 @@ fn beyond_mirrored(column: u32, row: u32, range_m: f32) -> bool {
     var around = cells_around(column, row, reach.x, reach.y);
     var seen = 0u;
     var farthest_mm = 0u;
-    for (var c = 0u; c <= 2u * reach.x; c++) {
-        for (var r = around.least_row; r <= around.most_row; r++) {
+    for (var c = 0u; c < 2u * reach.x + 1u; c++) {
+        for (var r = around.least_row; r < around.end_row; r++) {
             let range_mm = mirrored[around.column * glass_params.rows + r];
             let some = range_mm != NONE;
             seen += select(0u, 1u, some);
@@ -90,7 +90,7 @@ fn beyond_mirrored(column: u32, row: u32, range_m: f32) -> bool {
 fn against_measured(image: vec3<f32>) -> Shown {
     let range_m = length(image);
     let near = tolerance(range_m);
-    let row = elevation_rows[elevation_bin(image)];
+    let row = row_of_bin(elevation_bin(image));
     if row >= glass_params.rows {
         return Shown(false, false);
     }
@@ -100,7 +100,7 @@ fn against_measured(image: vec3<f32>) -> Shown {
     var passes = cells[2u * (column * glass_params.rows + row)] != NONE;
     var count = 0u;
     for (var c = 0u; c < 3u; c++) {
-        for (var r = around.least_row; r <= around.most_row; r++) {
+        for (var r = around.least_row; r < around.end_row; r++) {
             let word = cells[2u * (around.column * glass_params.rows + r)];
             if word != NONE {
                 let measured_m = f32(steps_in(word)) / RANGE_STEPS_PER_M;
@@ -164,10 +164,13 @@ fn label_met(index: u32, place: u32, slot: u32) -> u32 {
 }
 
 @compute @workgroup_size(64)
-fn label(@builtin(global_invocation_id) id: vec3<u32>) {
-    for (var turn = 0u; turn < turns_if(id.x < met_points[MET_COUNT]); turn++) {
-        let index = met_points[met_at(id.x)];
-        let place = met_points[met_at(id.x) + 1u];
+fn label(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
+    let count = met_points[MET_COUNT];
+    let turns = turns_from(id.x, count, 64u * groups.x);
+    for (var turn = 0u; turn < turns; turn++) {
+        let number = id.x + 64u * groups.x * turn;
+        let index = met_points[met_at(number)];
+        let place = met_points[met_at(number) + 1u];
         classes[index] = label_met(index, place, min(classes[index] >> 8u, KEPT_PANES - 1u));
     }
 }

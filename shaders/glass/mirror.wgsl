@@ -3,7 +3,7 @@
 // once for the four. Most points meet no pane and are inside; the others are listed, in any order, for the passes that follow.
 @group(0) @binding(0) var<uniform> glass_params: GlassParams;
 @group(0) @binding(1) var placed: texture_storage_2d_array<rgba32float, read>;
-@group(0) @binding(2) var<storage, read> elevation_rows: array<u32>;
+@group(0) @binding(2) var row_texels: texture_storage_2d_array<rgba32float, read>;
 @group(0) @binding(3) var pane_texels: texture_storage_2d_array<rgba32float, read>;
 @group(0) @binding(4) var<storage, read_write> mirrored: array<atomic<u32>>;
 @group(0) @binding(5) var<storage, read_write> pane_counts: array<atomic<u32>>;
@@ -49,7 +49,7 @@ fn put_images(slot: u32, image: Four, wanted: vec4<bool>) {
     let columns = columns_of(image.x, image.y, glass_params.columns);
     for (var k = 0u; k < 4u; k++) {
         for (var once = 0u; once < turns_if(wanted[k]); once++) {
-            let row = elevation_rows[bins[k]];
+            let row = row_of_bin(bins[k]);
             var seen = row < glass_params.rows;
             for (var turn = 0u; turn < turns_if(pane_slots() > 1u); turn++) {
                 seen = seen && first_met(vec3(image.x[k], image.y[k], image.z[k])).slot == slot;
@@ -108,10 +108,11 @@ fn store_classes(first: u32, kinds: vec4<u32>, given: vec4<bool>) {
 }
 
 @compute @workgroup_size(64)
-fn mirror(@builtin(global_invocation_id) id: vec3<u32>) {
-    let first = 4u * id.x;
+fn mirror(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
     let count = glass_params.points;
-    for (var turn = 0u; turn < turns_if(first < count); turn++) {
+    let turns = turns_from(4u * id.x, count, 4u * 64u * groups.x);
+    for (var turn = 0u; turn < turns; turn++) {
+        let first = 4u * (id.x + 64u * groups.x * turn);
         let last = count - 1u;
         let at = min(vec4(first) + vec4(0u, 1u, 2u, 3u), vec4(last));
         let a = textureLoad(placed, placed_texel(at.x), 0u);

@@ -36,7 +36,7 @@ fn foot(top_column: u32, top: vec4<f32>, forward: bool) -> u32 {
     let step_rad = 2.0 * PI / f32(glass_params.columns);
     let widest = min(u32(WIDEST_RAD / step_rad), glass_params.columns / 4u);
     var before = top;
-    for (var k = 1u; k <= widest; k++) {
+    for (var k = 1u; k < widest + 1u; k++) {
         let next = at(step_column(top_column, k, forward), glass_params.level_row);
         let gap = GAP_NOISE_M + GAP_STEPS * step_rad * length(top.xyz);
         if next.w < 0.0 || distance(next.xyz, before.xyz) > gap || next.w > before.w + NOISE_SHARE * top.w {
@@ -74,13 +74,13 @@ fn peak(@builtin(global_invocation_id) id: vec3<u32>) {
     if left == 0u || right == 0u {
         return;
     }
-    for (var other = row - 2u; other <= row + 2u; other++) {
+    for (var other = row - 2u; other < row + 3u; other++) {
         if other != row && !confirms(other, id.x, left, right) {
             return;
         }
     }
-    for (var other = row - 2u; other <= row + 2u; other++) {
-        for (var k = 0u; k <= left + right; k++) {
+    for (var other = row - 2u; other < row + 3u; other++) {
+        for (var k = 0u; k < left + right + 1u; k++) {
             let column = step_column(step_column(id.x, left, false), k, true);
             atomicStore(&peaks[column * glass_params.rows + other], 1u);
         }

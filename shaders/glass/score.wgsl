@@ -41,7 +41,7 @@ fn score(@builtin(global_invocation_id) id: vec3<u32>) {
         let next = four_from(first + 4u, count);
         var near_here = vec4(0u);
         var near_next = vec4(0u);
-        for (var k = id.y; k < count; k += PARTS) {
+        for (var k = id.y; k < min(count, MOST_CANDIDATES); k += PARTS) {
             let p = candidate_at(k).xyz;
             near_here += near_planes(here, p);
             near_next += near_planes(next, p);

@@ -55,10 +55,12 @@ fn count_unmet(met: u32) {
 }
 
 @compute @workgroup_size(64)
-fn settle(@builtin(global_invocation_id) id: vec3<u32>) {
+fn settle(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
     let met = met_points[MET_COUNT];
-    for (var turn = 0u; turn < turns_if(id.x < met); turn++) {
-        settle_point(met_points[met_at(id.x)], met_points[met_at(id.x) + 1u]);
+    let turns = turns_from(id.x, met, 64u * groups.x);
+    for (var turn = 0u; turn < turns; turn++) {
+        let number = id.x + 64u * groups.x * turn;
+        settle_point(met_points[met_at(number)], met_points[met_at(number) + 1u]);
     }
     for (var once = 0u; once < turns_if(id.x == 0u); once++) {
         count_unmet(met);

@@ -43,8 +43,9 @@ fn survey_plane(@builtin(global_invocation_id) id: vec3<u32>) {
     for (var turn = 0u; turn < turns_if(id.x < stride && found.inliers > 0u); turn++) {
         let plane = found.plane;
         let level = found.level;
-        for (var place = id.x; place < size; place += stride) {
-            count_beam(place, plane, level);
+        let turns = turns_from(id.x, size, stride);
+        for (var k = 0u; k < turns; k++) {
+            count_beam(id.x + k * stride, plane, level);
         }
     }
 }

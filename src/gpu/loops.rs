@@ -3,110 +3,156 @@
 //! wgpu otherwise counts the turns of each loop and leaves it after 2^64. Drivers then unroll little, and a network's
 //! kernels, which are short loops over registers, compile and run several times slower.
 
-use naga::{BinaryOperator, Block, Expression, Function, Handle, Literal, LocalVariable, Module, Statement};
+use naga::{
+    BinaryOperator, Block, Expression, Function, Handle, Literal, LocalVariable, MathFunction, Module,
+    Statement,
+};
 
 /// Bounds and steps up to this cannot overflow their counter.
 const MOST: i64 = 1 << 30;
 
-/// Whether every loop of `module` is `for (var i = ..; i < B; i += S)` with constants B and S > 0, and nothing but
-/// its head changes i.
+/// Whether every loop of `module` is `for (var i = ..; i < B; i += S)` with a constant S > 0, and nothing but its head changes
+/// i; B is constant or `min(.., C)` too unless S is 1, as no number is above the largest, which i then comes to.
 pub(crate) fn all_counted(module: &Module) -> bool {
     let functions = module.functions.iter().map(|(_, function)| function);
     let entries = module.entry_points.iter().map(|entry| &entry.function);
-    functions.chain(entries).all(|function| counted_in(function, &function.body))
+    functions.chain(entries).all(|function| Proof { module, function }.counted_in(&function.body))
 }
 
-fn counted_in(function: &Function, block: &Block) -> bool {
-    block.iter().all(|statement| match statement {
-        Statement::Loop { body, continuing, break_if } => {
-            break_if.is_none() && is_counted(function, body, continuing) && counted_in(function, body)
-        }
-        Statement::Block(inner) => counted_in(function, inner),
-        Statement::If { accept, reject, .. } => counted_in(function, accept) && counted_in(function, reject),
-        Statement::Switch { cases, .. } => cases.iter().all(|case| counted_in(function, &case.body)),
-        _ => true,
-    })
+/// Of one function.
+#[derive(Clone, Copy)]
+struct Proof<'a> {
+    module: &'a Module,
+    function: &'a Function,
 }
 
-fn is_counted(function: &Function, body: &Block, continuing: &Block) -> bool {
-    let Some(counter) = counter_of(function, body) else { return false };
-    counts_up(function, continuing, counter) && !changes(function, body, counter)
-}
-
-/// The variable i of a loop that begins with `if !(i < B) { break; }`, freshly evaluated.
-fn counter_of(function: &Function, body: &Block) -> Option<Handle<LocalVariable>> {
-    let mut fresh = Vec::new();
-    for statement in body.iter() {
-        match statement {
-            Statement::Emit(range) => fresh.extend(range.clone()),
-            Statement::If { condition, accept, reject } => {
-                let breaks = accept.is_empty() && matches!(reject.first(), Some(Statement::Break));
-                let Expression::Binary { op: BinaryOperator::Less, left, right } =
-                    &function.expressions[*condition]
-                else {
-                    return None;
-                };
-                let Expression::Load { pointer } = &function.expressions[*left] else { return None };
-                let bound = integer(function, *right)?;
-                let evaluated = fresh.contains(condition) && fresh.contains(left);
-                return local(function, *pointer).filter(|_| breaks && evaluated && bound <= MOST);
+impl<'a> Proof<'a> {
+    fn counted_in(self, block: &Block) -> bool {
+        block.iter().all(|statement| match statement {
+            Statement::Loop { body, continuing, break_if } => {
+                break_if.is_none() && self.is_counted(body, continuing) && self.counted_in(body)
             }
-            _ => return None,
+            Statement::Block(inner) => self.counted_in(inner),
+            Statement::If { accept, reject, .. } => self.counted_in(accept) && self.counted_in(reject),
+            Statement::Switch { cases, .. } => cases.iter().all(|case| self.counted_in(&case.body)),
+            _ => true,
+        })
+    }
+
+    fn is_counted(self, body: &Block, continuing: &Block) -> bool {
+        let Some((counter, bound)) = self.counter_of(body) else { return false };
+        let most = if self.most(bound).is_some_and(|bound| bound <= MOST) { MOST } else { 1 };
+        self.counts_up(continuing, counter, most) && !self.changes(body, counter)
+    }
+
+    /// The variable i of a loop that begins with `if !(i < B) { break; }`, freshly evaluated, and B; each turn comes to it.
+    fn counter_of(self, body: &Block) -> Option<(Handle<LocalVariable>, Handle<Expression>)> {
+        let mut fresh = Vec::new();
+        for statement in body.iter() {
+            match statement {
+                Statement::Emit(range) => fresh.extend(range.clone()),
+                // What the bound is put together from.
+                statement if goes_on(statement) => {}
+                Statement::If { condition, accept, reject } => {
+                    let breaks = accept.is_empty() && matches!(reject.first(), Some(Statement::Break));
+                    let Expression::Binary { op: BinaryOperator::Less, left, right } = *self.of(*condition)
+                    else {
+                        return None;
+                    };
+                    let Expression::Load { pointer } = *self.of(left) else { return None };
+                    let evaluated = fresh.contains(condition) && fresh.contains(&left);
+                    let counter = self.local(pointer).filter(|_| breaks && evaluated)?;
+                    return Some((counter, right));
+                }
+                _ => return None,
+            }
+        }
+        None
+    }
+
+    /// Whether the block adds a constant from 1 to `most` to `counter`, once, and does nothing else to it.
+    fn counts_up(self, continuing: &Block, counter: Handle<LocalVariable>, most: i64) -> bool {
+        let stores = continuing.iter().filter(|statement| !matches!(statement, Statement::Emit(_)));
+        let stores: Vec<_> = stores.collect();
+        let [Statement::Store { pointer, value }] = stores.as_slice() else { return false };
+        let Expression::Binary { op: BinaryOperator::Add, left, right } = *self.of(*value) else {
+            return false;
+        };
+        let Expression::Load { pointer: from } = *self.of(left) else { return false };
+        let step = self.integer(right).is_some_and(|step| (1..=most).contains(&step));
+        step && self.local(*pointer) == Some(counter) && self.local(from) == Some(counter)
+    }
+
+    /// Whether `block` stores to `counter` or hands out its address.
+    fn changes(self, block: &Block, counter: Handle<LocalVariable>) -> bool {
+        let is_counter = |pointer: &Handle<Expression>| self.local(*pointer) == Some(counter);
+        block.iter().any(|statement| match statement {
+            Statement::Emit(_)
+            | Statement::Break
+            | Statement::Continue
+            | Statement::Kill
+            | Statement::Atomic { .. }
+            | Statement::ImageStore { .. }
+            | Statement::ControlBarrier(_)
+            | Statement::MemoryBarrier(_)
+            | Statement::Return { .. } => false,
+            Statement::Block(inner) => self.changes(inner, counter),
+            Statement::If { accept, reject, .. } => {
+                self.changes(accept, counter) || self.changes(reject, counter)
+            }
+            Statement::Loop { body, continuing, .. } => {
+                self.changes(body, counter) || self.changes(continuing, counter)
+            }
+            Statement::Store { pointer, .. } => is_counter(pointer),
+            Statement::Call { arguments, .. } => arguments.iter().any(is_counter),
+            Statement::SubgroupGather { .. } | Statement::SubgroupCollectiveOperation { .. } => false,
+            // What is not known to leave it alone may change it.
+            _ => true,
+        })
+    }
+
+    fn of(self, expression: Handle<Expression>) -> &'a Expression {
+        &self.function.expressions[expression]
+    }
+
+    fn local(self, pointer: Handle<Expression>) -> Option<Handle<LocalVariable>> {
+        match *self.of(pointer) {
+            Expression::LocalVariable(variable) => Some(variable),
+            _ => None,
         }
     }
-    None
-}
 
-/// Whether the block adds a positive constant to `counter`, once, and does nothing else to it.
-fn counts_up(function: &Function, continuing: &Block, counter: Handle<LocalVariable>) -> bool {
-    let stores = continuing.iter().filter(|statement| !matches!(statement, Statement::Emit(_)));
-    let stores: Vec<_> = stores.collect();
-    let [Statement::Store { pointer, value }] = stores.as_slice() else { return false };
-    let Expression::Binary { op: BinaryOperator::Add, left, right } = &function.expressions[*value] else {
-        return false;
-    };
-    let Expression::Load { pointer: from } = &function.expressions[*left] else { return false };
-    let step = integer(function, *right).is_some_and(|step| (1..=MOST).contains(&step));
-    step && local(function, *pointer) == Some(counter) && local(function, *from) == Some(counter)
-}
-
-/// Whether `block` stores to `counter` or hands out its address.
-fn changes(function: &Function, block: &Block, counter: Handle<LocalVariable>) -> bool {
-    let is_counter = |pointer: &Handle<Expression>| local(function, *pointer) == Some(counter);
-    block.iter().any(|statement| match statement {
-        Statement::Emit(_)
-        | Statement::Break
-        | Statement::Continue
-        | Statement::Kill
-        | Statement::Atomic { .. }
-        | Statement::ImageStore { .. }
-        | Statement::Return { .. } => false,
-        Statement::Block(inner) => changes(function, inner, counter),
-        Statement::If { accept, reject, .. } => {
-            changes(function, accept, counter) || changes(function, reject, counter)
+    /// What the value cannot be above: itself where it is constant, or a constant of `min(.., ..)`.
+    fn most(self, value: Handle<Expression>) -> Option<i64> {
+        match *self.of(value) {
+            Expression::Math { fun: MathFunction::Min, arg, arg1: Some(other), .. } => {
+                self.integer(arg).into_iter().chain(self.integer(other)).min()
+            }
+            _ => self.integer(value),
         }
-        Statement::Loop { body, continuing, .. } => {
-            changes(function, body, counter) || changes(function, continuing, counter)
-        }
-        Statement::Store { pointer, .. } => is_counter(pointer),
-        Statement::Call { arguments, .. } => arguments.iter().any(is_counter),
-        Statement::SubgroupGather { .. } | Statement::SubgroupCollectiveOperation { .. } => false,
-        // What is not known to leave it alone may change it.
-        _ => true,
-    })
-}
+    }
 
-fn local(function: &Function, pointer: Handle<Expression>) -> Option<Handle<LocalVariable>> {
-    match function.expressions[pointer] {
-        Expression::LocalVariable(variable) => Some(variable),
-        _ => None,
+    fn integer(self, value: Handle<Expression>) -> Option<i64> {
+        let literal = match *self.of(value) {
+            Expression::Constant(constant) => {
+                &self.module.global_expressions[self.module.constants[constant].init]
+            }
+            ref other => other,
+        };
+        match *literal {
+            Expression::Literal(Literal::I32(value)) => Some(value.into()),
+            Expression::Literal(Literal::U32(value)) => Some(value.into()),
+            _ => None,
+        }
     }
 }
 
-fn integer(function: &Function, value: Handle<Expression>) -> Option<i64> {
-    match function.expressions[value] {
-        Expression::Literal(Literal::I32(value)) => Some(value.into()),
-        Expression::Literal(Literal::U32(value)) => Some(value.into()),
-        _ => None,
+/// Whether the statement after this one runs next, however this one turns out.
+fn goes_on(statement: &Statement) -> bool {
+    match statement {
+        Statement::Emit(_) | Statement::Store { .. } | Statement::Call { .. } => true,
+        Statement::Block(inner) => inner.iter().all(goes_on),
+        Statement::If { accept, reject, .. } => accept.iter().chain(reject.iter()).all(goes_on),
+        _ => false,
     }
 }

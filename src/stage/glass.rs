@@ -26,6 +26,10 @@ pub const KEPT_PANES: usize = 16;
 pub const MOST_CANDIDATES: u32 = 4096;
 /// Candidates in a row of their texture (`CANDIDATE_ROW`).
 pub const CANDIDATE_ROW: u32 = 64;
+/// Rows in a row of their texture (`ROW_TEXELS`).
+pub const ROW_TEXELS: u32 = 64;
+/// Above any number of a row.
+const NO_ROW: f32 = 65536.0;
 /// Hypotheses for one plane, at most (`MOST_HYPOTHESES`).
 pub const MOST_HYPOTHESES: u32 = 512;
 /// Points of a scan that the cells can number (`INDEX_BITS`).
@@ -36,6 +40,9 @@ const SCORE_PARTS: u32 = 16;
 const SCORED_TOGETHER: u32 = 8;
 /// Beams or points that one invocation takes in turn (`EACH`).
 const BATCH: u32 = 8;
+/// Points that one invocation takes in turn, where all are listed: on software drivers an invocation costs more to begin than
+/// most of these passes do with a point.
+const EACH: u32 = 16;
 /// Squares of the survey, times its counts.
 const SURVEY_WORDS: u64 = 5 * 8192;
 /// Counters of a scan.
@@ -105,6 +112,17 @@ crate::params! {
     }
 }
 
+/// Rows by number, as `shaders/lib/glass/row_texels.wgsl` reads them: of the bin of elevation, and of the ring.
+pub fn row_texels(grid: &BeamGrid) -> Vec<[f32; 4]> {
+    let most = grid.elevation_rows.len().max(grid.ring_rows.len());
+    let row = |rows: &[u32], number: usize| rows.get(number).and_then(|&row| u16::try_from(row).ok());
+    let texel = |number| {
+        let of = |rows| row(rows, number).map_or(NO_ROW, f32::from);
+        [of(&grid.elevation_rows), of(&grid.ring_rows), 0.0, 0.0]
+    };
+    (0..most.next_multiple_of(ROW_TEXELS as usize)).map(texel).collect()
+}
+
 /// What the passes need of one scan.
 #[derive(Debug, Clone, Copy)]
 pub struct GlassMoment<'a> {
@@ -155,7 +173,7 @@ impl Glass {
         self.declare(plan, capacity)?;
         let size = self.grid.cells();
         plan.step(CLEAR, Invocations::line(size.max(64)), &[])?;
-        plan.step(ORGANIZE, Invocations::line(capacity), &[])?;
+        plan.step(ORGANIZE, Invocations::line(capacity.div_ceil(EACH)), &[])?;
         plan.step(PEAK, Invocations::line(self.grid.columns), &[])?;
         plan.step(CANDIDATE, Invocations::line(size.div_ceil(32)), &[])?;
         plan.step(GATHER, Invocations::line(1), &[("candidates", "candidates_even")])?;
@@ -173,17 +191,22 @@ impl Glass {
             plan.step(ACCEPT, Invocations::line(1), &[("candidates", list), ("left", left)])?;
         }
         plan.step(REMEMBER, Invocations::line(1), &[])?;
-        plan.step(MIRROR, Invocations::line(capacity.div_ceil(4)), &[])?;
-        plan.step(LABEL, Invocations::line(capacity), &[])?;
-        plan.step(SETTLE, Invocations::line(capacity), &[])
+        plan.step(MIRROR, Invocations::line(capacity.div_ceil(EACH)), &[])?;
+        plan.step(LABEL, Invocations::line(capacity.div_ceil(EACH)), &[])?;
+        plan.step(SETTLE, Invocations::line(capacity.div_ceil(EACH)), &[])
     }
 
     fn declare(&self, plan: &mut Plan, capacity: u32) -> Result<()> {
         let size = u64::from(self.grid.cells());
         let pane = size_of::<Pane>() as u64;
         plan.uniform::<GlassParams>("glass_params")?;
-        plan.fixed("ring_rows", bytemuck::cast_slice(&self.grid.ring_rows).to_vec())?;
-        plan.fixed("elevation_rows", bytemuck::cast_slice(&self.grid.elevation_rows).to_vec())?;
+        let rows = row_texels(&self.grid);
+        let extent = Extent {
+            width: ROW_TEXELS,
+            height: u32::try_from(rows.len()).unwrap_or(u32::MAX) / ROW_TEXELS,
+            layers: 1,
+        };
+        plan.fixed_texture("row_texels", extent, bytemuck::cast_slice(&rows).to_vec())?;
         plan.upload("loaded_panes", pane * KEPT_PANES as u64)?;
         plan.state("kept", HEADER_BYTES + pane * KEPT_PANES as u64)?;
         plan.state("pane_counts", 4 * PANE_COUNTS * KEPT_PANES as u64)?;

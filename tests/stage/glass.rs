@@ -5,7 +5,7 @@ use limpid::geometry::Rigid;
 use limpid::glass::BeamGrid;
 use limpid::gpu::Invocations;
 use limpid::recording::points::{Point, ReturnType, Scan};
-use limpid::stage::glass::{Glass, GlassMoment, ORGANIZE};
+use limpid::stage::glass::{Glass, GlassMoment, ORGANIZE, ROW_TEXELS, row_texels};
 use limpid::stage::intensity_layers::POINT_ROW;
 
 use crate::reference::glass::organize;
@@ -29,11 +29,11 @@ fn cells(scan: &Scan, grid: &BeamGrid) -> (Vec<u32>, Vec<[f32; 4]>) {
             [bits[0], bits[1], bits[2], bits[3], bits[4], ring, p.return_type as u32, p.label]
         })
         .collect();
+    let rows = row_texels(grid);
     let out = Fragment::new()
         .params("glass_params", &glass.params(&Config::default(), &moment))
         .texture("points", [POINT_ROW, (2 * points).div_ceil(POINT_ROW)], bytemuck::cast_slice(&words))
-        .input("ring_rows", &grid.ring_rows)
-        .input("elevation_rows", &grid.elevation_rows)
+        .float_texture("row_texels", ROW_TEXELS, rows.len() as u32 / ROW_TEXELS, &rows)
         .changed("cells", &vec![EMPTY; 2 * grid.cells() as usize])
         .texture_output("placed", POINT_ROW, points.div_ceil(POINT_ROW))
         .changed("glass_counters", &[0_u32; 16])

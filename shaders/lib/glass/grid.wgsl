@@ -88,6 +88,11 @@ fn elevation_bin(p: vec3<f32>) -> u32 {
     return u32(clamp(share * ELEVATION_BINS, 0.0, ELEVATION_BINS - 1.0));
 }
 
+// How many of `count` things an invocation takes that begins at `first` and goes on by `stride`.
+fn turns_from(first: u32, count: u32, stride: u32) -> u32 {
+    return (max(count, first) - first + stride - 1u) / stride;
+}
+
 // Turns of a loop that stands for an `if`: drivers that run both sides of a branch under a mask leave a loop as soon as no
 // lane needs it.
 fn turns_if(condition: bool) -> u32 {

@@ -13,6 +13,7 @@ const HYPOTHESIS: &str = include_str!("../../../shaders/lib/glass/hypothesis.wgs
 const PANE: &str = include_str!("../../../shaders/lib/glass/pane.wgsl");
 const CANDIDATES: &str = include_str!("../../../shaders/lib/glass/candidates.wgsl");
 const CANDIDATE_AT: &str = include_str!("../../../shaders/lib/glass/candidate_at.wgsl");
+const ROW_TEXELS: &str = include_str!("../../../shaders/lib/glass/row_texels.wgsl");
 const PANE_TEXELS: &str = include_str!("../../../shaders/lib/glass/pane_texels.wgsl");
 const PLACED: &str = include_str!("../../../shaders/lib/glass/placed.wgsl");
 const CLASS: &str = include_str!("../../../shaders/lib/glass/class.wgsl");
@@ -31,6 +32,7 @@ pub const ORGANIZE: ShaderSource = ShaderSource {
         POINTS,
         POINT,
         PLACED,
+        ROW_TEXELS,
         COUNTERS,
         include_str!("../../../shaders/glass/organize.wgsl"),
     ],
@@ -112,7 +114,16 @@ pub const REMEMBER: ShaderSource = ShaderSource {
 /// Mirrored surfaces.
 pub const MIRROR: ShaderSource = ShaderSource {
     name: "glass/mirror",
-    parts: &[GRID, PLACED, PANE, PANE_TEXELS, MET, CLASS, include_str!("../../../shaders/glass/mirror.wgsl")],
+    parts: &[
+        GRID,
+        PLACED,
+        PANE,
+        PANE_TEXELS,
+        ROW_TEXELS,
+        MET,
+        CLASS,
+        include_str!("../../../shaders/glass/mirror.wgsl"),
+    ],
 };
 /// Labels by steps 1 and 2.
 pub const LABEL: ShaderSource = ShaderSource {
@@ -124,6 +135,7 @@ pub const LABEL: ShaderSource = ShaderSource {
         RETURNS,
         PANE,
         PANE_TEXELS,
+        ROW_TEXELS,
         CLASS,
         include_str!("../../../shaders/glass/label.wgsl"),
     ],
