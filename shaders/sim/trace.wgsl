@@ -174,7 +174,10 @@ fn trace(@builtin(global_invocation_id) id: vec3<u32>) {
     path = followed(path, pixel, true);
     let depth_m = path.met_m * depth_per_distance;
     let seen = u32(path.met_kind);
-    for (var segment = 1u; segment < SEGMENTS && path.share > 0.0; segment++) {
+    for (var segment = 1u; segment < SEGMENTS; segment++) {
+        if path.share <= 0.0 {
+            break;
+        }
         path = followed(path, pixel, false);
     }
     let light = path.light;

@@ -12,11 +12,21 @@ use naga::{
 const MOST: i64 = 1 << 30;
 
 /// Whether every loop of `module` is `for (var i = ..; i < B; i += S)` with a constant S > 0, and nothing but its head changes
-/// i; B is constant or `min(.., C)` too unless S is 1, as no number is above the largest, which i then comes to.
+/// i; B is constant or `min(.., C)` too unless S is 1, as no number is above the largest, which i then comes to; or
+/// `for (var i = ..; i > 0u; i--)`.
 pub(crate) fn all_counted(module: &Module) -> bool {
     let functions = module.functions.iter().map(|(_, function)| function);
     let entries = module.entry_points.iter().map(|entry| &entry.function);
     functions.chain(entries).all(|function| Proof { module, function }.counted_in(&function.body))
+}
+
+/// What a counter is compared with.
+#[derive(Clone, Copy)]
+enum Bound {
+    /// `i < B`.
+    Below(Handle<Expression>),
+    /// `i > 0u`.
+    AboveZero,
 }
 
 /// Of one function.
@@ -41,12 +51,19 @@ impl<'a> Proof<'a> {
 
     fn is_counted(self, body: &Block, continuing: &Block) -> bool {
         let Some((counter, bound)) = self.counter_of(body) else { return false };
-        let most = if self.most(bound).is_some_and(|bound| bound <= MOST) { MOST } else { 1 };
-        self.counts_up(continuing, counter, most) && !self.changes(body, counter)
+        let counts = match bound {
+            Bound::Below(bound) => {
+                let most = if self.most(bound).is_some_and(|bound| bound <= MOST) { MOST } else { 1 };
+                self.counts(continuing, counter, BinaryOperator::Add, most)
+            }
+            Bound::AboveZero => self.counts(continuing, counter, BinaryOperator::Subtract, 1),
+        };
+        counts && !self.changes(body, counter)
     }
 
-    /// The variable i of a loop that begins with `if !(i < B) { break; }`, freshly evaluated, and B; each turn comes to it.
-    fn counter_of(self, body: &Block) -> Option<(Handle<LocalVariable>, Handle<Expression>)> {
+    /// The variable i of a loop that begins with `if !(i < B) { break; }` or `if !(i > 0u) { break; }`, freshly evaluated, and
+    /// which it is; each turn comes to it.
+    fn counter_of(self, body: &Block) -> Option<(Handle<LocalVariable>, Bound)> {
         let mut fresh = Vec::new();
         for statement in body.iter() {
             match statement {
@@ -55,14 +72,16 @@ impl<'a> Proof<'a> {
                 statement if goes_on(statement) => {}
                 Statement::If { condition, accept, reject } => {
                     let breaks = accept.is_empty() && matches!(reject.first(), Some(Statement::Break));
-                    let Expression::Binary { op: BinaryOperator::Less, left, right } = *self.of(*condition)
-                    else {
-                        return None;
+                    let Expression::Binary { op, left, right } = *self.of(*condition) else { return None };
+                    let bound = match (op, self.of(right)) {
+                        (BinaryOperator::Less, _) => Bound::Below(right),
+                        (BinaryOperator::Greater, Expression::Literal(Literal::U32(0))) => Bound::AboveZero,
+                        _ => return None,
                     };
                     let Expression::Load { pointer } = *self.of(left) else { return None };
                     let evaluated = fresh.contains(condition) && fresh.contains(&left);
                     let counter = self.local(pointer).filter(|_| breaks && evaluated)?;
-                    return Some((counter, right));
+                    return Some((counter, bound));
                 }
                 _ => return None,
             }
@@ -70,17 +89,21 @@ impl<'a> Proof<'a> {
         None
     }
 
-    /// Whether the block adds a constant from 1 to `most` to `counter`, once, and does nothing else to it.
-    fn counts_up(self, continuing: &Block, counter: Handle<LocalVariable>, most: i64) -> bool {
+    /// Whether the block adds or subtracts a constant from 1 to `most`, once, and does nothing else to `counter`.
+    fn counts(
+        self,
+        continuing: &Block,
+        counter: Handle<LocalVariable>,
+        wanted: BinaryOperator,
+        most: i64,
+    ) -> bool {
         let stores = continuing.iter().filter(|statement| !matches!(statement, Statement::Emit(_)));
         let stores: Vec<_> = stores.collect();
         let [Statement::Store { pointer, value }] = stores.as_slice() else { return false };
-        let Expression::Binary { op: BinaryOperator::Add, left, right } = *self.of(*value) else {
-            return false;
-        };
+        let Expression::Binary { op, left, right } = *self.of(*value) else { return false };
         let Expression::Load { pointer: from } = *self.of(left) else { return false };
         let step = self.integer(right).is_some_and(|step| (1..=most).contains(&step));
-        step && self.local(*pointer) == Some(counter) && self.local(from) == Some(counter)
+        op == wanted && step && self.local(*pointer) == Some(counter) && self.local(from) == Some(counter)
     }
 
     /// Whether `block` stores to `counter` or hands out its address.
