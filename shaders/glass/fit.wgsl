@@ -4,7 +4,6 @@
 @group(0) @binding(1) var candidates: texture_storage_2d_array<rgba32float, read>;
 @group(0) @binding(2) var<storage, read> scores: array<u32>;
 @group(0) @binding(3) var<storage, read_write> found: Found;
-@group(0) @binding(4) var<storage, read_write> survey: array<u32>;
 
 const LANES = 64u;
 const REFITS = 3u;
@@ -146,9 +145,6 @@ fn fit(@builtin(local_invocation_index) lane: u32) {
         }
     }
     best[lane] = mine;
-    for (var k = lane; k < min(select(0u, NONE, enough), SURVEY_COUNTS * SURVEY_SQUARES); k += LANES) {
-        survey[k] = 0u;
-    }
     workgroupBarrier();
     for (var once = 0u; once < turns_if(lane == 0u); once++) {
         var top = vec2(0u, 0u);

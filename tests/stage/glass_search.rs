@@ -115,7 +115,11 @@ fn scores(candidates: &[[f32; 4]], params: &GlassParams) -> Vec<u32> {
         .float_texture("candidates", CANDIDATE_ROW, MOST_CANDIDATES / CANDIDATE_ROW, &padded)
         .input("found", &[found])
         .changed("scores", &[0_u32; 512])
+        .changed("survey", &vec![7_u32; 5 * SQUARES])
         .run(SCORE, Invocations::area(params.hypotheses.div_ceil(8), 16));
+    let cleared = out.words("survey").iter().all(|&count| count == 0);
+    let enough = candidates.len() >= params.min_inliers.max(3) as usize;
+    assert_eq!(cleared, enough, "the survey is emptied where there is something to survey");
     out.words("scores").to_vec()
 }
 
@@ -170,10 +174,7 @@ fn fit(candidates: &[[f32; 4]], scores: &[u32]) -> Found {
         .float_texture("candidates", CANDIDATE_ROW, MOST_CANDIDATES / CANDIDATE_ROW, &padded)
         .input("scores", scores)
         .changed("found", &[found])
-        .changed("survey", &vec![7_u32; 5 * SQUARES])
         .run(FIT, Invocations::line(1));
-    let cleared = out.words("survey").iter().all(|&count| count == 0);
-    assert_eq!(cleared, candidates.len() >= 40, "the survey is emptied where there is something to survey");
     bytemuck::pod_read_unaligned(cast_slice(out.words("found")))
 }
 
