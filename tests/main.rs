@@ -20,5 +20,6 @@ mod sim;
 mod stage;
 mod support;
 mod targets;
+mod training;
 mod weights;
 mod write;
