@@ -154,7 +154,7 @@ fn create_module(device: &wgpu::Device, shader: &Shader) -> wgpu::ShaderModule {
     }
     let mut checks = wgpu::ShaderRuntimeChecks::checked();
     checks.force_loop_bounding = false;
-    // SAFETY: all other checks stay on, and `gpu::loops` has proven that every loop counts up to a constant.
+    // SAFETY: all other checks stay on, and `gpu::loops` has proven that every loop ends.
     unsafe { device.create_shader_module_trusted(descriptor, checks) }
 }
 

@@ -63,7 +63,6 @@ pub struct ScanPipeline {
     stages: Vec<Box<dyn ScanStage>>,
     executor: Executor,
     window: Option<Window>,
-    last_stamp_ns: Option<u64>,
     track: PoseTrack,
     pending: VecDeque<Pending>,
     /// Results taken from an executor that was replaced by a larger one.
@@ -93,7 +92,7 @@ impl ScanPipeline {
             Chosen::find(options.adapter.as_deref())?.open(&plan.requirements(), options.profiling)?;
         let executor = Executor::build(&context, plan)?;
         let (pending, ready, track) = (VecDeque::new(), VecDeque::new(), PoseTrack::default());
-        Ok(Self { job, stages, executor, window: None, last_stamp_ns: None, track, pending, ready })
+        Ok(Self { job, stages, executor, window: None, track, pending, ready })
     }
 
     /// Starts a scan; returns at once. Receive first when [`ScanPipeline::is_full`].
@@ -111,7 +110,7 @@ impl ScanPipeline {
         let (resolution_m, side) = (self.job.config.scan_resolution_m, self.job.side());
         let base = pose.map_from_base.translation_m;
         let window = Window::around(base.x, base.y, resolution_m, side, self.window);
-        let since_last_s = self.last_stamp_ns.map(|last| seconds_between(last, frame.scan.stamp_ns));
+        let since_last_s = self.track.last_stamp_ns().map(|last| seconds_between(last, frame.scan.stamp_ns));
         let moment = ScanMoment::new(&self.job, frame, pose, window, since_last_s);
         let mut input = self.executor.begin()?;
         input.write("points", bytemuck::cast_slice(&frame.scan.points))?;
@@ -120,7 +119,6 @@ impl ScanPipeline {
         }
         input.submit()?;
         self.window = Some(window);
-        self.last_stamp_ns = Some(frame.scan.stamp_ns);
         let jumped = self.track.jumps(&self.job.config, frame.scan.stamp_ns, pose.map_from_lidar());
         self.pending.push_back(Pending::new(frame, &moment, window.grid(resolution_m, side), jumped));
         Ok(())

@@ -38,11 +38,11 @@ pub const MOST_POINTS: u32 = 1 << 18;
 const SCORE_PARTS: u32 = 16;
 /// Hypotheses that one invocation counts (`TOGETHER`).
 const SCORED_TOGETHER: u32 = 8;
-/// Beams or points that one invocation takes in turn (`EACH`).
-const BATCH: u32 = 8;
+/// Beams that one invocation of the survey takes in turn (`EACH` of `glass/survey_plane`).
+const BEAMS_EACH: u32 = 8;
 /// Points that one invocation takes in turn, where all are listed: on software drivers an invocation costs more to begin than
 /// most of these passes do with a point.
-const EACH: u32 = 16;
+const POINTS_EACH: u32 = 16;
 /// Squares of the survey, times its counts.
 const SURVEY_WORDS: u64 = 5 * 8192;
 /// Counters of a scan.
@@ -173,7 +173,7 @@ impl Glass {
         self.declare(plan, capacity)?;
         let size = self.grid.cells();
         plan.step(CLEAR, Invocations::line(size.max(64)), &[])?;
-        plan.step(ORGANIZE, Invocations::line(capacity.div_ceil(EACH)), &[])?;
+        plan.step(ORGANIZE, Invocations::line(capacity.div_ceil(POINTS_EACH)), &[])?;
         plan.step(PEAK, Invocations::line(self.grid.columns), &[])?;
         plan.step(CANDIDATE, Invocations::line(size.div_ceil(32)), &[])?;
         plan.step(GATHER, Invocations::line(1), &[("candidates", "candidates_even")])?;
@@ -187,13 +187,13 @@ impl Glass {
                 &from,
             )?;
             plan.step(FIT, Invocations::line(1), &from)?;
-            plan.step(SURVEY, Invocations::line(size.div_ceil(BATCH)), &[])?;
+            plan.step(SURVEY, Invocations::line(size.div_ceil(BEAMS_EACH)), &[])?;
             plan.step(ACCEPT, Invocations::line(1), &[("candidates", list), ("left", left)])?;
         }
         plan.step(REMEMBER, Invocations::line(1), &[])?;
-        plan.step(MIRROR, Invocations::line(capacity.div_ceil(EACH)), &[])?;
-        plan.step(LABEL, Invocations::line(capacity.div_ceil(EACH)), &[])?;
-        plan.step(SETTLE, Invocations::line(capacity.div_ceil(EACH)), &[])
+        plan.step(MIRROR, Invocations::line(capacity.div_ceil(POINTS_EACH)), &[])?;
+        plan.step(LABEL, Invocations::line(capacity.div_ceil(POINTS_EACH)), &[])?;
+        plan.step(SETTLE, Invocations::line(capacity.div_ceil(POINTS_EACH)), &[])
     }
 
     fn declare(&self, plan: &mut Plan, capacity: u32) -> Result<()> {
