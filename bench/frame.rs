@@ -4,10 +4,10 @@
 
 use std::path::PathBuf;
 
-use limpid::bench::{bench, frames};
 use limpid::config::Method;
 use limpid::frame::Options;
-use limpid::{Config, Result, recording};
+use limpid::offline::bench::{bench, frames};
+use limpid::{Config, Result};
 
 const SAMPLES: usize = 60;
 
@@ -15,7 +15,7 @@ fn main() -> Result<()> {
     let input = std::env::args().skip(1).find(|argument| !argument.starts_with("--"));
     let input = PathBuf::from(input.unwrap_or_else(|| "testdata/room.mcap".into()));
     let config = Config::default();
-    let frames = frames(recording::open(&input, &config)?.as_mut(), SAMPLES)?;
+    let frames = frames(limpid::input::open(&input, &config)?.as_mut(), SAMPLES)?;
     println!("{} frames of {}", frames.len(), input.display());
     for method in [Method::Range, Method::Naive, Method::Median, Method::Temporal] {
         let config = Config { method, ..config.clone() };

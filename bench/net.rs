@@ -8,8 +8,8 @@ use std::time::Instant;
 
 use cpu_time::ProcessTime;
 use limpid::gpu::Chosen;
+use limpid::network::weights::{INPUT_CHANNELS, NATIVE_SIZE, Network};
 use limpid::network::{Backend, Inference};
-use limpid::weights::{INPUT_CHANNELS, NATIVE_SIZE, Network};
 use limpid::{Error, Result};
 
 const SAMPLES: usize = 60;

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use limpid::Result;
-use limpid::recording::points::{Options, open};
+use limpid::input::points::{Options, open};
 
 const PASSES: usize = 10;
 

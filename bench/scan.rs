@@ -8,10 +8,10 @@ use std::process::Command;
 use std::time::Instant;
 
 use cpu_time::ProcessTime;
-use limpid::bench::Stats;
+use limpid::input::PosedScans;
 use limpid::lidar::{ScanFrame, ScanOptions, ScanPipeline};
-use limpid::recording::PosedScans;
-use limpid::recording::write::save_scan;
+use limpid::offline::bench::Stats;
+use limpid::output::save_scan;
 use limpid::{Config, Error, Result};
 
 const SAMPLES: usize = 100;

@@ -6,9 +6,9 @@
 use std::path::Path;
 
 use limpid::frame::{FrameOutput, Options};
+use limpid::output::{McapSink, Sink};
 use limpid::pipeline::Pipeline;
-use limpid::recording::write::{McapSink, Sink};
-use limpid::recording::{self, RgbdFrame};
+use limpid::sensor::RgbdFrame;
 use limpid::{Config, Error, Result};
 
 /// Growth of resident memory that counts as flat: allocators keep some pages back.
@@ -39,7 +39,7 @@ fn measure(pipeline: &Pipeline) -> Memory {
 
 /// One round through the recording into a file that is written anew.
 fn round(pipeline: &mut Pipeline, input: &Path, config: &Config, output: &Path) -> Result<u64> {
-    let mut recording = recording::open(input, config)?;
+    let mut recording = limpid::input::open(input, config)?;
     let mut sink = McapSink::create(output, config)?;
     let mut under_way: Vec<RgbdFrame> = Vec::new();
     let mut frames = 0;
@@ -68,7 +68,7 @@ fn main() -> Result<()> {
     let input = Path::new("testdata/room.mcap");
     let output = std::env::temp_dir().join(format!("limpid-soak-{}.mcap", std::process::id()));
     let config = Config::default();
-    let first = recording::open(input, &config)?.next_frame()?;
+    let first = limpid::input::open(input, &config)?.next_frame()?;
     let first = first.ok_or_else(|| Error::Empty { reason: "testdata/room.mcap is empty".into() })?;
     let options = Options { images: true, layers: true, ..Options::default() };
     let options = options.with_color_of(std::iter::once(&first));

@@ -2,8 +2,9 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use limpid::recording::message::{foxglove, ros1, ros2};
-use limpid::recording::points::{Options, Scan, cloud, pcd, ply};
+use limpid::message::{foxglove, ros1, ros2};
+use limpid::input::points::{Options, cloud, pcd, ply};
+use limpid::sensor::Scan;
 
 fn check(scan: limpid::Result<Scan>, bytes: usize) {
     let Ok(scan) = scan else { return };

@@ -2,9 +2,10 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use limpid::recording::ReadReport;
-use limpid::recording::points::Options;
-use limpid::recording::points::velodyne::{Cut, Decoder, Model, PACKET_BYTES, ScanMessage};
+use limpid::input::ReadReport;
+use limpid::input::points::Options;
+use limpid::input::points::velodyne::{Cut, Decoder, PACKET_BYTES, ScanMessage};
+use limpid::sensor::VelodyneModel as Model;
 
 fn decode<'a>(packets: impl Iterator<Item = &'a [u8]>, model: Option<Model>) {
     let options = Options { model, ..Options::default() };
@@ -21,7 +22,7 @@ fn decode<'a>(packets: impl Iterator<Item = &'a [u8]>, model: Option<Model>) {
     decoder.finish(&mut report);
     while let Some(scan) = decoder.pop() {
         points += scan.points.len();
-        let finite = |point: &limpid::recording::points::Point| point.position_m().iter().all(|value| value.is_finite());
+        let finite = |point: &limpid::sensor::Point| point.position_m().iter().all(|value| value.is_finite());
         assert!(scan.points.iter().all(finite));
     }
     assert!(points <= 384 * pushed);

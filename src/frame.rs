@@ -1,8 +1,9 @@
 //! What the pipeline is asked for, and what it gives for one frame.
 
-use crate::camera::CameraModel;
-use crate::geometry::Rigid;
-use crate::recording::RgbdFrame;
+use crate::base::Rigid;
+use crate::map::Grid;
+use crate::sensor::CameraModel;
+use crate::sensor::RgbdFrame;
 
 /// What a pipeline runs on and what it reads back beside the costmap.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -29,21 +30,6 @@ impl Options {
         let color = colored.and_then(|frame| frame.color.as_ref()).map(|color| color.camera);
         Self { color, color_aligned: colored.is_some_and(RgbdFrame::color_is_aligned), ..self }
     }
-}
-
-/// Grid geometry: cell (0, 0) has its corner at the origin; row 0 is the smallest y.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Grid {
-    /// x of the corner of cell (0, 0) in the map frame, metres; a multiple of the resolution.
-    pub origin_x_m: f64,
-    /// y of the corner of cell (0, 0) in the map frame, metres; a multiple of the resolution.
-    pub origin_y_m: f64,
-    /// Side of a cell, metres.
-    pub resolution_m: f64,
-    /// Cells along x.
-    pub width: u32,
-    /// Cells along y.
-    pub height: u32,
 }
 
 /// Counts of one frame, from the GPU.

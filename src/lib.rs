@@ -1,24 +1,22 @@
 #![doc = include_str!("../README.md")]
 
-pub mod bench;
-pub mod camera;
+pub mod base;
 pub mod config;
-pub mod error;
-pub mod eval;
 pub mod frame;
-pub mod geometry;
-pub mod glass;
 pub mod gpu;
+pub mod input;
 pub mod lidar;
+pub mod map;
+pub mod message;
 pub mod network;
+pub mod offline;
+pub mod output;
 pub mod pipeline;
 mod receive;
-pub mod recording;
 pub mod run;
+pub mod sensor;
 pub mod sim;
 pub mod stage;
-pub mod targets;
-pub mod weights;
 
+pub use base::{Error, Result};
 pub use config::Config;
-pub use error::{Error, Result};

@@ -2,15 +2,18 @@
 
 use std::collections::VecDeque;
 
+use crate::base::Result;
+use crate::base::seconds_between;
 use crate::config::{Config, Method};
-use crate::error::Result;
 use crate::frame::Options;
 use crate::gpu::{Chosen, Executor, Plan};
-use crate::receive::{Pending, check_fit, check_pose, check_recalibration, load_drm, seconds_between};
-use crate::recording::RgbdFrame;
-use crate::stage::{Job, Moment, Stage, Window, color_stage};
-use crate::stage::{back_project, drm, inflate, ingest, move_window, see_through};
-use crate::stage::{spatial_median, tally, update, weigh};
+use crate::map::Window;
+use crate::receive::{Pending, check_fit, check_pose, check_recalibration, load_drm};
+use crate::sensor::RgbdFrame;
+use crate::stage::camera::{back_project, drm, ingest, see_through};
+use crate::stage::camera::{spatial_median, tally, update, weigh};
+use crate::stage::map::{inflate, move_window};
+use crate::stage::{Job, Moment, Stage, color_stage};
 
 /// The stages of one frame, in order (spec 1 §3: move window, update, hysteresis, inflate).
 pub fn stages(job: &Job) -> Vec<Box<dyn Stage>> {

@@ -4,19 +4,20 @@ use std::sync::Arc;
 
 use bytemuck::pod_read_unaligned;
 
-use crate::camera::{CameraModel, Distortion};
+use crate::base::Rigid;
+use crate::base::{Error, Result};
 use crate::config::{Config, Method};
-use crate::error::{Error, Result};
-use crate::frame::{Counters, FrameImages, FrameLayers, FrameOutput, Grid, Options};
-use crate::geometry::Rigid;
+use crate::frame::{Counters, FrameImages, FrameLayers, FrameOutput, Options};
 use crate::gpu::frame::FRAMES_IN_FLIGHT;
 use crate::gpu::{Chosen, Executor, Readback};
+use crate::map::Grid;
 use crate::network::Backend;
+use crate::network::weights::Network;
 use crate::pipeline::Pipeline;
-use crate::recording::{DepthSamples, FramePose, RgbdFrame};
+use crate::sensor::{CameraModel, Distortion};
+use crate::sensor::{DepthSamples, FramePose, RgbdFrame};
 use crate::stage::Job;
-use crate::stage::drm::Drm;
-use crate::weights::Network;
+use crate::stage::camera::drm::Drm;
 
 /// State of an occupied cell in bits 0-1, as in `shaders/lib/cell.wgsl`.
 const OCCUPIED: u32 = 2;
@@ -160,11 +161,6 @@ impl Pending {
         let color_ns = frame.color.as_ref().map_or(u64::MAX, |c| c.stamp_ns);
         Self { index: frame.index, stamp_ns: frame.depth.stamp_ns.min(color_ns), pose, grid }
     }
-}
-
-/// Seconds from `before_ns` to `now_ns`, 0 where time went backwards.
-pub(crate) fn seconds_between(before_ns: u64, now_ns: u64) -> f64 {
-    std::time::Duration::from_nanos(now_ns.saturating_sub(before_ns)).as_secs_f64()
 }
 
 /// The result of a frame.

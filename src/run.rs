@@ -4,12 +4,13 @@ use std::collections::VecDeque;
 use std::ops::Range;
 use std::time::{Duration, Instant};
 
+use crate::base::{Error, Result};
 use crate::config::{Config, Method};
-use crate::error::{Error, Result};
 use crate::frame::{FrameOutput, Options};
+use crate::input::{ReadReport, Recording};
+use crate::output::Sink;
 use crate::pipeline::Pipeline;
-use crate::recording::write::Sink;
-use crate::recording::{ReadReport, Recording, RgbdFrame};
+use crate::sensor::RgbdFrame;
 
 /// Frames read ahead to find the first with colour, whose calibration the pipeline is built for.
 const LOOKAHEAD: usize = 8;

@@ -5,8 +5,8 @@ use std::path::PathBuf;
 
 use limpid::Error;
 use limpid::gpu::{Chosen, Plan};
+use limpid::network::weights::Network;
 use limpid::network::{Backend, BlockOutput, Inference};
-use limpid::weights::Network;
 use safetensors::SafeTensors;
 
 use crate::reference::network::infer;

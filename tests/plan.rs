@@ -6,10 +6,10 @@ use limpid::config::Method;
 use limpid::gpu::arena::{Kind, Layout};
 use limpid::gpu::{Access, BufferId, Invocations, Plan, ShaderSource};
 use limpid::network::Backend;
+use limpid::network::weights::Network;
 use limpid::pipeline;
 use limpid::stage::Job;
-use limpid::stage::drm::Drm;
-use limpid::weights::Network;
+use limpid::stage::camera::drm::Drm;
 use proptest::prelude::*;
 
 use crate::support::camera_job::{job, small_map, tiny_camera};

@@ -5,9 +5,9 @@ use std::path::Path;
 
 use glam::{DQuat, DVec3};
 use limpid::Config;
-use limpid::camera::{CameraModel, Distortion};
-use limpid::geometry::Rigid;
-use limpid::recording::{DepthSamples, FramePose, RgbdFrame};
+use limpid::base::Rigid;
+use limpid::sensor::{CameraModel, Distortion};
+use limpid::sensor::{DepthSamples, FramePose, RgbdFrame};
 
 use crate::support::data_dir;
 use crate::support::gpu::skipped;

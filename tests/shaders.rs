@@ -4,15 +4,20 @@ use std::collections::BTreeSet;
 use std::path::Path;
 use std::sync::Arc;
 
-use limpid::camera::CameraModel;
 use limpid::config::{Config, Method};
 use limpid::gpu::{Context, Executor, Shader, ShaderSource, ShaderText};
+use limpid::network::weights::Network;
 use limpid::network::{Backend, all_kernels};
-use limpid::stage::drm::Drm;
-use limpid::stage::{Job, align_color, back_project, inflate, ingest, move_window, register_color};
-use limpid::stage::{goal_inflation, intensity_classes, intensity_layers, plan_map};
-use limpid::stage::{see_through, spatial_median, tally, targets, trajectory_cost, update, weigh};
-use limpid::weights::Network;
+use limpid::sensor::CameraModel;
+use limpid::stage::Job;
+use limpid::stage::camera::drm::Drm;
+use limpid::stage::camera::{align_color, back_project, ingest, register_color};
+use limpid::stage::camera::{see_through, spatial_median, tally, update, weigh};
+use limpid::stage::lidar::{intensity_classes, intensity_layers};
+use limpid::stage::map::trajectory_cost;
+use limpid::stage::map::{goal_inflation, plan_map};
+use limpid::stage::map::{inflate, move_window};
+use limpid::stage::targets;
 use limpid::{Error, pipeline};
 
 use crate::sim::small_room;
@@ -56,7 +61,7 @@ fn all() -> impl Iterator<Item = ShaderSource> {
         .chain(TARGETS)
         .chain(limpid::sim::passes::ALL)
         .chain(limpid::stage::glass::LABELLING)
-        .chain([limpid::stage::glass::CLEAN, limpid::stage::pane_cells::PANE_CELLS])
+        .chain([limpid::stage::glass::CLEAN, limpid::stage::glass::pane_cells::PANE_CELLS])
 }
 
 fn wgsl_files(folder: &Path, found: &mut BTreeSet<String>) {
@@ -105,7 +110,7 @@ fn scan_job() -> limpid::lidar::ScanJob {
 /// The same with glass.
 fn glass_job() -> limpid::lidar::ScanJob {
     let (scan, _) = GlassRoom::default().scan();
-    let grid = limpid::glass::BeamGrid::of_scan(&scan).unwrap();
+    let grid = limpid::sensor::BeamGrid::of_scan(&scan).unwrap();
     let glass = limpid::stage::glass::Glass { grid, load: Vec::new() };
     limpid::lidar::ScanJob { glass: Some(glass), ..scan_job() }
 }
@@ -136,9 +141,9 @@ fn every_pass_is_in_a_plan_that_fits() {
     for scans in [scan_job(), glass_job()] {
         plans.push(limpid::lidar::pipeline::plan(&scans, &limpid::lidar::pipeline::stages(&scans)).unwrap());
     }
-    plans.push(limpid::lidar::score::velocity_plan(20, 5, 30).unwrap());
+    plans.push(limpid::offline::score::velocity_plan(20, 5, 30).unwrap());
     let colored = Job { color: Some(tiny_camera()), ..job(&small_map(), tiny_camera()) };
-    plans.push(limpid::targets::plan(&colored, &targets::Rule::default(), true).unwrap());
+    plans.push(limpid::offline::targets::plan(&colored, &targets::Rule::default(), true).unwrap());
     for source in all() {
         let used = plans.iter().flat_map(|plan| plan.steps()).any(|step| step.shader.name == source.name);
         assert!(used, "`{}` is in no plan", source.name);

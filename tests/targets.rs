@@ -4,9 +4,10 @@ use std::collections::VecDeque;
 use std::path::Path;
 
 use limpid::Error;
-use limpid::geometry::Rigid;
-use limpid::recording::{ColorImage, DepthSamples, ReadReport, Recording, RgbdFrame};
-use limpid::targets::{Request, Sample, SampleFile, make};
+use limpid::base::Rigid;
+use limpid::input::{ReadReport, Recording};
+use limpid::offline::targets::{Request, Sample, SampleFile, make};
+use limpid::sensor::{ColorImage, DepthSamples, RgbdFrame};
 use safetensors::{Dtype, SafeTensors};
 
 use crate::sim::record_small_room;

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-use limpid::weights::Network;
+use limpid::network::weights::Network;
 use safetensors::SafeTensors;
 
 use crate::sim::record_small_room;
@@ -74,7 +74,10 @@ fn a_training_repeats_itself_and_goes_on_from_its_file() {
     assert_eq!(losses.len(), 2, "{log}");
     assert!(losses.iter().all(|loss| *loss > 0.0 && loss.is_finite()), "{losses:?}");
     let network = Network::from_bytes(&file).unwrap();
-    assert_eq!(network.blocks.len(), Network::from_bytes(limpid::weights::SHIPPED).unwrap().blocks.len());
+    assert_eq!(
+        network.blocks.len(),
+        Network::from_bytes(limpid::network::weights::SHIPPED).unwrap().blocks.len()
+    );
 
     assert_eq!(train(&samples, &again, &["--steps", "16"]).1, file, "the same seed gives the same file");
     assert_ne!(train(&samples, &other, &["--steps", "16", "--seed", "2"]).1, file);

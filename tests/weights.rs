@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use limpid::weights::{NATIVE_SIZE, Network};
+use limpid::network::weights::{NATIVE_SIZE, Network};
 use safetensors::tensor::TensorView;
 use safetensors::{Dtype, serialize};
 use serde_json::{Value, json};

@@ -3,9 +3,9 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use limpid::bench::{bench, frames};
 use limpid::frame::Options;
-use limpid::{Error, Result, recording};
+use limpid::offline::bench::{bench, frames};
+use limpid::{Error, Result};
 
 use super::{Common, save};
 
@@ -31,7 +31,7 @@ const FRAMES: usize = 100;
 
 pub(crate) fn execute(arguments: &BenchArguments) -> Result<()> {
     let config = arguments.common.config()?;
-    let mut recording = recording::open(&arguments.input, &config)?;
+    let mut recording = limpid::input::open(&arguments.input, &config)?;
     let frames = frames(recording.as_mut(), FRAMES.min(arguments.samples))?;
     let options =
         Options { adapter: arguments.common.adapter.clone(), images: arguments.images, ..Options::default() };

@@ -3,10 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use limpid::bench::{bench, frames};
-use limpid::eval::{Generated, contestants, evaluate, picture};
 use limpid::frame::Options;
-use limpid::recording::{self, write::save_map};
+use limpid::offline::bench::{bench, frames};
+use limpid::offline::eval::{Generated, contestants, evaluate, picture};
+use limpid::output::save_map;
 use limpid::sim::Scene;
 use limpid::{Config, Error, Result};
 
@@ -41,13 +41,13 @@ pub(crate) fn execute(arguments: &DemoArguments) -> Result<()> {
     let config = Config::default();
     let options = Options { adapter: arguments.adapter.clone(), images: true, ..Options::default() };
     let outputs = Outputs { mcap: Some(&mcap), png: Some(&png), dump: None, shared: None };
-    let mut room = recording::open(&input, &config)?;
+    let mut room = limpid::input::open(&input, &config)?;
     let report = run_with_progress(room.as_mut(), 0..u64::MAX, &config, &options, &outputs)?;
     print_report(&report);
     if let Some(last) = &report.last {
         save_map(&map, last)?;
     }
-    let frames = frames(recording::open(&input, &config)?.as_mut(), SAMPLES)?;
+    let frames = frames(limpid::input::open(&input, &config)?.as_mut(), SAMPLES)?;
     let options = Options { images: false, ..options }.with_color_of(frames.iter());
     let table = bench(&config, &options, &frames, SAMPLES)?.table();
     save(&timing, &table)?;

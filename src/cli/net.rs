@@ -4,8 +4,8 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use limpid::network::weights::{INPUT_CHANNELS, NATIVE_SIZE, Network};
 use limpid::network::{BlockOutput, Inference};
-use limpid::weights::{INPUT_CHANNELS, NATIVE_SIZE, Network};
 use limpid::{Error, Result};
 use safetensors::tensor::TensorView;
 use safetensors::{Dtype, SafeTensors};

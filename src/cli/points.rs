@@ -4,9 +4,11 @@ use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use clap::Args;
-use limpid::recording::points::velodyne::Model;
-use limpid::recording::points::{self, Options, ReturnCodes, ScanReport};
-use limpid::recording::write::save_scan;
+use limpid::input::points;
+use limpid::input::points::{Options, ScanReport};
+use limpid::output::save_scan;
+use limpid::sensor::ReturnCodes;
+use limpid::sensor::VelodyneModel as Model;
 use limpid::{Error, Result};
 
 #[derive(Debug, Args)]

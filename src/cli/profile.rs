@@ -3,9 +3,9 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use limpid::bench::{frames, trace};
+use limpid::Result;
 use limpid::frame::Options;
-use limpid::{Result, recording};
+use limpid::offline::bench::{frames, trace};
 
 use super::{Common, save};
 
@@ -25,7 +25,7 @@ pub(crate) struct ProfileArguments {
 
 pub(crate) fn execute(arguments: &ProfileArguments) -> Result<()> {
     let config = arguments.common.config()?;
-    let mut recording = recording::open(&arguments.input, &config)?;
+    let mut recording = limpid::input::open(&arguments.input, &config)?;
     let frames = frames(recording.as_mut(), arguments.samples)?;
     let options = Options { adapter: arguments.common.adapter.clone(), ..Options::default() };
     let options = options.with_color_of(frames.iter());

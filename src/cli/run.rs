@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use limpid::frame::Options;
-use limpid::recording::write::{DumpSink, McapSink, PngSink, Sink, save_map};
-use limpid::recording::{self, Recording};
+use limpid::input::Recording;
+use limpid::output::{DumpSink, McapSink, PngSink, Sink, save_map};
 use limpid::run::{RunReport, run};
 use limpid::{Config, Result};
 
@@ -52,7 +52,7 @@ pub(crate) struct RunArguments {
 pub(crate) fn execute(arguments: &RunArguments) -> Result<()> {
     let mut config = arguments.common.config()?;
     config.glass |= arguments.glass;
-    let contents = recording::contents(&arguments.input, &config)?;
+    let contents = limpid::input::contents(&arguments.input, &config)?;
     let lidar = match arguments.sensor {
         Some(sensor) => sensor == Sensor::Lidar,
         None => contents.lidar && !contents.camera,
@@ -80,7 +80,7 @@ enum Sensor {
 }
 
 fn run_camera(arguments: &RunArguments, config: &Config, shared: Option<McapSink>) -> Result<()> {
-    let mut recording = recording::open(&arguments.input, config)?;
+    let mut recording = limpid::input::open(&arguments.input, config)?;
     let outputs = Outputs {
         mcap: arguments.output.as_deref(),
         png: arguments.png.as_deref(),

@@ -2,10 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use limpid::glass::{PointClass, panes_to_yaml};
+use limpid::input::PosedScans;
 use limpid::lidar::{CellClass, ScanOptions, ScanRunReport, ScanSink, run_scans};
-use limpid::recording::PosedScans;
-use limpid::recording::write::{McapSink, ScanDumpSink, ScanMcapSink, ScanPngSink, save_plan};
+use limpid::map::glass::PointClass;
+use limpid::map::pane_file::panes_to_yaml;
+use limpid::output::{McapSink, ScanDumpSink, ScanMcapSink, ScanPngSink, save_plan};
 use limpid::{Config, Result};
 
 use super::run::{RunArguments, progress_bar};

@@ -3,8 +3,9 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use limpid::lidar::{ScanOptions, Score, Scorer, run_scans};
-use limpid::recording::PosedScans;
+use limpid::input::PosedScans;
+use limpid::lidar::{ScanOptions, run_scans};
+use limpid::offline::score::{Score, Scorer};
 use limpid::{Error, Result};
 
 use super::Common;

@@ -4,9 +4,9 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use clap::Args;
+use limpid::offline::targets::{Distance, Request, SampleFile, make};
 use limpid::stage::targets::Rule;
-use limpid::targets::{Distance, Request, SampleFile, make};
-use limpid::{Config, Result, recording};
+use limpid::{Config, Result};
 
 use super::Common;
 
@@ -73,7 +73,7 @@ pub(crate) fn execute(arguments: &TargetsArguments) -> Result<()> {
 
 fn one(input: &Path, config: &Config, request: &Request, folder: &Path) -> Result<Distance> {
     let start = Instant::now();
-    let mut recording = recording::open(input, config)?;
+    let mut recording = limpid::input::open(input, config)?;
     let mut file = SampleFile::create(folder, input)?;
     let report = make(input, recording.as_mut(), request, &mut |sample| file.add(sample))?;
     for note in &report.read.notes {

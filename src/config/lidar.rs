@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::{Config, bad_key, cells};
-use crate::error::Result;
+use crate::base::Result;
 
 /// Where the planes z = 0 and z = -epsilon come from (spec 2 §2).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]

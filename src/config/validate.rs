@@ -1,7 +1,7 @@
 //! What values the parameters may have.
 
 use super::{Config, bad_key};
-use crate::error::Result;
+use crate::base::Result;
 
 impl Config {
     /// Checks every value and their relations.

@@ -4,7 +4,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use wgpu::{Adapter, AdapterInfo, DeviceType, Features, Limits};
 
-use crate::error::{Error, Result};
+use crate::base::{Error, Result};
 
 /// What a device must offer to run a plan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::error::{Error, Result};
+use crate::base::{Error, Result};
 use crate::gpu::arena::{Arena, Kind, Layout};
 use crate::gpu::cache::PipelineStore;
 use crate::gpu::context::Context;

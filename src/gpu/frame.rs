@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 use std::time::Duration;
 
-use crate::error::{Error, Result};
+use crate::base::{Error, Result};
 use crate::gpu::arena::{Kind, Layout, Place};
 use crate::gpu::cache::PipelineStore;
 use crate::gpu::context::Context;

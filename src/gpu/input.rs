@@ -2,7 +2,7 @@
 
 use bytemuck::bytes_of;
 
-use crate::error::{Error, Result};
+use crate::base::{Error, Result};
 use crate::gpu::frame::Executor;
 use crate::gpu::plan::{Invocations, Role};
 use crate::gpu::shader::Params;

@@ -1,6 +1,6 @@
 //! The plan of a frame: named buffers and ordered steps, checked for order and hazards without a GPU.
 
-use crate::error::{Error, Result};
+use crate::base::{Error, Result};
 use crate::gpu::context::Requirements;
 pub use crate::gpu::parts::{BufferDecl, BufferId, Extent, Invocations, Role, Step};
 use crate::gpu::shader::{Access, Binding, Params, Shader, ShaderText};

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::error::{Error, Result};
+use crate::base::{Error, Result};
 use crate::gpu::plan::{BufferId, Plan};
 use crate::gpu::timing::{PassSpan, Timing};
 

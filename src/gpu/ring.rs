@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU8, Ordering};
 
-use crate::error::{Error, Result};
+use crate::base::{Error, Result};
 use crate::gpu::context::Context;
 
 const PENDING: u8 = 0;

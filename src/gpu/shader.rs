@@ -2,7 +2,7 @@
 
 use naga::valid::{Capabilities, GlobalUse, ShaderStages, SubgroupOperationSet, ValidationFlags, Validator};
 
-use crate::error::{Error, Result};
+use crate::base::{Error, Result};
 use crate::gpu::loops::all_counted;
 
 /// The text of one pass: its own file last, shared library files before it.

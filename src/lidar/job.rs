@@ -3,11 +3,11 @@
 use glam::{DVec2, DVec3};
 
 use super::{ScanFrame, ScanPose};
+use crate::base::Result;
+use crate::base::Rigid;
 use crate::config::Config;
-use crate::error::Result;
-use crate::geometry::Rigid;
 use crate::gpu::{FrameInput, Plan};
-use crate::stage::Window;
+use crate::map::Window;
 use crate::stage::glass::Glass;
 
 /// What a scan pipeline is built for.

@@ -1,25 +1,19 @@
 //! The lidar path: scans in, classified plan maps out, in one GPU submission per scan (spec 2).
 
 mod job;
-mod jumps;
 mod output;
 pub mod pipeline;
-mod planes;
 mod run;
-pub mod score;
 
 pub use job::{ScanJob, ScanMoment, ScanStage, Turn};
-pub(crate) use jumps::PoseTrack;
 pub use output::{CellClass, ScanLayers, ScanOptions, ScanOutput};
 pub use pipeline::ScanPipeline;
-pub use planes::{full_scale, plane_rings};
 pub use run::{ScanRunReport, ScanSink, run_scans};
-pub use score::{Score, Scorer};
 
 use glam::DVec2;
 
-use crate::geometry::Rigid;
-use crate::recording::points::Scan;
+use crate::base::Rigid;
+use crate::sensor::Scan;
 
 /// Most points of a scan; sums of intensities of that many fit in 32 bits.
 pub const MAX_POINTS: usize = 1 << 20;

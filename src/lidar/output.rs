@@ -4,11 +4,11 @@ use bytemuck::pod_read_unaligned;
 use glam::DVec2;
 
 use super::{ScanFrame, ScanJob, ScanMoment, ScanPose};
-use crate::error::Result;
-use crate::frame::Grid;
-use crate::geometry::Rigid;
-use crate::glass::LabelledScan;
+use crate::base::Result;
+use crate::base::Rigid;
 use crate::gpu::{Executor, Readback};
+use crate::map::Grid;
+use crate::map::glass::LabelledScan;
 
 /// What a scan pipeline runs on and what it reads back beside the plan map.
 #[derive(Debug, Clone, Default, PartialEq)]

@@ -4,17 +4,22 @@ use std::collections::VecDeque;
 
 use super::output::{Pending, output};
 use super::{MAX_POINTS, ScanFrame, ScanJob, ScanMoment, ScanOptions, ScanOutput, ScanStage};
-use super::{PoseTrack, full_scale, plane_rings};
+use crate::base::seconds_between;
+use crate::base::{Error, Result};
 use crate::config::Config;
-use crate::error::{Error, Result};
-use crate::glass::{BeamGrid, read_panes};
 use crate::gpu::frame::FRAMES_IN_FLIGHT;
 use crate::gpu::{Chosen, Executor, Plan};
-use crate::receive::seconds_between;
-use crate::recording::points::Scan;
+use crate::map::Window;
+use crate::map::jumps::PoseTrack;
+use crate::map::pane_file::read_panes;
+use crate::sensor::BeamGrid;
+use crate::sensor::Scan;
 use crate::stage::glass::Glass;
-use crate::stage::intensity_layers::POINT_ROW;
-use crate::stage::{Window, goal_inflation, intensity_classes, intensity_layers, pane_cells, plan_map};
+use crate::stage::glass::pane_cells;
+use crate::stage::lidar::intensity_layers::POINT_ROW;
+use crate::stage::lidar::planes::{full_scale, plane_rings};
+use crate::stage::lidar::{intensity_classes, intensity_layers};
+use crate::stage::map::{goal_inflation, plan_map};
 
 /// Points that a pipeline is built for at least, and in steps of which it grows.
 const CAPACITY_STEP: usize = 1 << 14;
@@ -102,7 +107,7 @@ impl ScanPipeline {
     /// stays as it was); [`Error::Gpu`], [`Error::DeviceLost`].
     pub fn submit(&mut self, frame: &ScanFrame) -> Result<()> {
         let pose = frame.pose.ok_or_else(|| bad_input("pose", "no transform from map to lidar".into()))?;
-        let finite = |m: crate::geometry::Rigid| m.rotation.is_finite() && m.translation_m.is_finite();
+        let finite = |m: crate::base::Rigid| m.rotation.is_finite() && m.translation_m.is_finite();
         if !(finite(pose.map_from_base) && finite(pose.base_from_lidar)) {
             return Err(bad_input("pose", "is not finite".into()));
         }

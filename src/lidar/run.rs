@@ -5,11 +5,11 @@ use std::ops::Range;
 use std::time::{Duration, Instant};
 
 use super::{ScanFrame, ScanOptions, ScanOutput, ScanPipeline};
+use crate::base::{Error, Result};
 use crate::config::Config;
-use crate::error::{Error, Result};
-use crate::recording::PosedScans;
-use crate::recording::points::ScanReport;
-use crate::recording::write::Sink;
+use crate::input::PosedScans;
+use crate::input::points::ScanReport;
+use crate::output::Sink;
 
 /// A writer of scans' results.
 pub type ScanSink = dyn Sink<ScanFrame, ScanOutput>;

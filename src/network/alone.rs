@@ -2,11 +2,11 @@
 
 use bytemuck::{cast_slice, pod_read_unaligned};
 
-use crate::error::{Error, Result};
+use crate::base::{Error, Result};
 use crate::gpu::{Chosen, Context, Executor, Invocations, Plan, Readback};
 use crate::network::kernels::{Backend, Kernel};
 use crate::network::passes::{INPUT, OUTPUT, Passes};
-use crate::weights::{INPUT_CHANNELS, Network, Op};
+use crate::network::weights::{INPUT_CHANNELS, Network, Op};
 
 /// A network built for inputs of one size.
 pub struct Inference {

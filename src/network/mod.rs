@@ -4,6 +4,7 @@ mod alone;
 mod kernels;
 mod packing;
 mod passes;
+pub mod weights;
 
 pub use alone::{BlockOutput, Inference};
 pub(crate) use kernels::Kernel;

@@ -5,7 +5,7 @@
 //! before the head, the head's weights and bias. A full convolution has a row for each tap of each quad of inputs.
 
 use crate::gpu::Extent;
-use crate::weights::{Block, Convolution, Op};
+use crate::network::weights::{Block, Convolution, Op};
 
 /// First texel of the pointwise part of a row.
 const POINTWISE: usize = 16;

@@ -1,10 +1,10 @@
 //! The passes that run a network, block by block.
 
-use crate::error::{Error, Result};
+use crate::base::{Error, Result};
 use crate::gpu::{Executor, Extent, Invocations, Plan};
 use crate::network::kernels::{Backend, Finish, Kernel, Sampling};
 use crate::network::packing::{Texels, pack};
-use crate::weights::{Block, INPUT_CHANNELS, Network, Op};
+use crate::network::weights::{Block, INPUT_CHANNELS, Network, Op};
 
 /// The tensor that goes in: R, G, B, depth, change of depth, in two quads.
 pub const INPUT: &str = "net/input";

@@ -9,7 +9,7 @@ use super::scene::{Lamp, Scene};
 use super::settings::{Checks, bad};
 use super::trajectory::poses;
 use super::walls::{is_inside, walls};
-use crate::error::Result;
+use crate::base::Result;
 
 /// Largest coordinate and length, metres.
 const LARGEST_M: f64 = 100.0;

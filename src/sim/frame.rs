@@ -1,6 +1,6 @@
 //! What the simulated camera gives for one frame.
 
-use crate::recording::FramePose;
+use crate::sensor::FramePose;
 
 /// Images of one frame, row-major from the top left, all on the left imager's grid.
 #[derive(Debug, Clone, PartialEq)]

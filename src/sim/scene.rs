@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::check;
 use super::material::Material;
 use super::settings::{Camera, Imager, Matcher};
-use crate::error::{Error, Result};
+use crate::base::{Error, Result};
 
 /// A rectangle of floor with walls around it, where no other room adjoins: rooms that overlap or touch
 /// are open to each other, so that corridors are long rooms.

@@ -2,8 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::camera::{CameraModel, Distortion};
-use crate::error::{Error, Result};
+use crate::base::{Error, Result};
+use crate::sensor::{CameraModel, Distortion};
 
 /// Focal length of a D435's depth stream over its width: 425 pixels at 848.
 const FOCAL_OVER_WIDTH: f64 = 425.0 / 848.0;

@@ -10,10 +10,10 @@ use super::passes::{
 };
 use super::scene::Scene;
 use super::trajectory::poses;
-use crate::error::{Error, Result};
-use crate::geometry::Rigid;
+use crate::base::Rigid;
+use crate::base::{Error, Result};
 use crate::gpu::{Context, Executor, FrameInput, Invocations, Plan, Readback};
-use crate::recording::FramePose;
+use crate::sensor::FramePose;
 use crate::stage::single;
 
 /// Stamp of the first frame.

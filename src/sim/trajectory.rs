@@ -6,8 +6,8 @@ use glam::{DMat3, DQuat, DVec2, DVec3};
 
 use super::scene::Scene;
 use super::settings::Camera;
-use crate::geometry::Rigid;
-use crate::recording::FramePose;
+use crate::base::Rigid;
+use crate::sensor::FramePose;
 
 /// The left imager's optical frame in the robot base.
 pub(crate) fn base_from_camera(camera: &Camera) -> Rigid {

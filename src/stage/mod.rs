@@ -1,37 +1,21 @@
 //! The stages of a frame, one file each: what it declares and appends to the plan, and its
 //! parameters for one frame. `pipeline.rs` lists them in order.
 
-pub mod align_color;
-pub mod back_project;
-pub mod drm;
+pub mod camera;
 pub mod glass;
-pub mod goal_inflation;
-pub mod inflate;
-pub mod ingest;
-pub mod intensity_classes;
-pub mod intensity_layers;
-pub mod move_window;
-pub mod pane_cells;
-pub mod plan_map;
-pub mod register_color;
-pub mod see_through;
-pub mod spatial_median;
-pub mod tally;
+pub mod lidar;
+pub mod map;
 pub mod targets;
-pub mod trajectory_cost;
-pub mod update;
-pub mod view;
-pub mod weigh;
 
 use glam::{DVec3, Vec4};
 
-use crate::camera::CameraModel;
+use crate::base::Result;
+use crate::base::Rigid;
 use crate::config::{Config, Fusion, Method};
-use crate::error::Result;
-use crate::frame::Grid;
-use crate::geometry::Rigid;
 use crate::gpu::{FrameInput, Plan};
-use crate::recording::RgbdFrame;
+use crate::map::Window;
+use crate::sensor::CameraModel;
+use crate::sensor::RgbdFrame;
 
 /// What a pipeline is built for: configuration, and the kind and size of its images.
 #[derive(Debug, Clone, PartialEq)]
@@ -49,7 +33,7 @@ pub struct Job {
     /// Whether frames carry the sensor's own confidence.
     pub confidence: bool,
     /// The network that weighs pixels, for method drm.
-    pub drm: Option<drm::Drm>,
+    pub drm: Option<camera::drm::Drm>,
     /// Whether images (depth, reliability, colour) are read back.
     pub images: bool,
     /// Whether the grids beside the costmap are read back.
@@ -79,7 +63,7 @@ impl Job {
 
     /// Strips of pixels down the columns that back-projection counts in.
     pub fn strips(&self) -> u32 {
-        self.depth.width * self.depth.height.div_ceil(back_project::STRIP)
+        self.depth.width * self.depth.height.div_ceil(camera::back_project::STRIP)
     }
 
     /// Words of four pixels that cover a depth image.
@@ -106,53 +90,6 @@ impl Job {
     /// (13 for 848x480; spec 1 §3).
     pub fn weight_scale(&self) -> f32 {
         f32::from(1_u16 << (u32::MAX / self.pixels().max(1)).ilog2().min(13))
-    }
-}
-
-/// Where the window lies for one frame, and how it got there.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Window {
-    /// Map cell of window cell (0, 0).
-    pub origin: [i64; 2],
-    /// Cells moved since the frame before, as far as they matter.
-    pub shift: [i32; 2],
-    /// Whether every cell starts unknown.
-    pub forget: bool,
-}
-
-impl Window {
-    /// Centred on (`x_m`, `y_m`) by whole cells; `before` is the window of the frame before.
-    pub fn around(x_m: f64, y_m: f64, resolution_m: f64, side: u32, before: Option<Self>) -> Self {
-        #[expect(clippy::cast_possible_truncation, reason = "saturates for positions beyond any map")]
-        let cell = |at_m: f64| (at_m / resolution_m).floor() as i64;
-        let half = i64::from(side / 2);
-        let origin = [cell(x_m).saturating_sub(half), cell(y_m).saturating_sub(half)];
-        let limit = i64::from(side);
-        let shift = before.map_or([0, 0], |b| {
-            [0, 1].map(|axis| {
-                let moved = origin[axis].saturating_sub(b.origin[axis]).clamp(-limit, limit);
-                i32::try_from(moved).unwrap_or(0)
-            })
-        });
-        Self { origin, shift, forget: before.is_none() }
-    }
-
-    /// Slot of window cell (0, 0) in the ring buffer of kept cells.
-    pub fn origin_slot(&self, side: u32) -> [u32; 2] {
-        self.origin.map(|cell| u32::try_from(cell.rem_euclid(i64::from(side))).unwrap_or(0))
-    }
-
-    /// Its geometry in the map.
-    pub fn grid(&self, resolution_m: f64, side: u32) -> Grid {
-        #[expect(clippy::cast_precision_loss, reason = "cells of any real map fit in 53 bits")]
-        let metres = |cell: i64| cell as f64 * resolution_m;
-        Grid {
-            origin_x_m: metres(self.origin[0]),
-            origin_y_m: metres(self.origin[1]),
-            resolution_m,
-            width: side,
-            height: side,
-        }
     }
 }
 
@@ -207,8 +144,8 @@ pub trait Stage: std::fmt::Debug {
 pub(crate) fn color_stage(job: &Job) -> Option<Box<dyn Stage>> {
     job.color.map(|camera| -> Box<dyn Stage> {
         match job.color_aligned {
-            true => Box::new(align_color::AlignColor { camera }),
-            false => Box::new(register_color::RegisterColor { camera }),
+            true => Box::new(camera::align_color::AlignColor { camera }),
+            false => Box::new(camera::register_color::RegisterColor { camera }),
         }
     })
 }

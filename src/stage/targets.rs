@@ -5,13 +5,14 @@
 
 use glam::{UVec4, Vec2, Vec4};
 
-use crate::camera::CameraModel;
-use crate::error::Result;
-use crate::geometry::Rigid;
+use crate::base::Result;
+use crate::base::Rigid;
 use crate::gpu::{FrameInput, Invocations, Plan, ShaderSource};
-use crate::stage::see_through::{field, lens, pinhole};
-use crate::stage::{Job, drm, rows, single};
-use crate::weights::NATIVE_SIZE;
+use crate::network::weights::NATIVE_SIZE;
+use crate::sensor::CameraModel;
+use crate::stage::camera::drm;
+use crate::stage::camera::see_through::{field, lens, pinhole};
+use crate::stage::{Job, rows, single};
 
 const TOLERANCE: &str = include_str!("../../shaders/lib/targets/tolerance.wgsl");
 const NEARNESS: &str = include_str!("../../shaders/lib/targets/nearness.wgsl");

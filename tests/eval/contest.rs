@@ -1,11 +1,11 @@
 //! The methods side by side on an analytic scene.
 
 use limpid::Config;
+use limpid::base::Rigid;
 use limpid::config::{Fusion, Method};
-use limpid::eval::{Contest, contestants};
-use limpid::geometry::Rigid;
+use limpid::offline::eval::{Contest, contestants};
 use limpid::pipeline::Pipeline;
-use limpid::recording::{ColorImage, RgbdFrame};
+use limpid::sensor::{ColorImage, RgbdFrame};
 
 use crate::support::gpu::skipped;
 use crate::support::random::Random;

@@ -1,9 +1,9 @@
 //! Holes, spikes, error, tolerance, cheap predictors.
 
-use limpid::eval::DepthTally;
-use limpid::eval::depth::{measured_m, tolerance_m};
-use limpid::eval::predictors::Predictor;
-use limpid::recording::DepthSamples;
+use limpid::offline::eval::DepthTally;
+use limpid::offline::eval::depth::{measured_m, tolerance_m};
+use limpid::offline::eval::predictors::Predictor;
+use limpid::sensor::DepthSamples;
 
 use crate::support::scene::{frame, small_camera};
 

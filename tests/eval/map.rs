@@ -1,7 +1,7 @@
 //! FOR, FSR and obstacle recall, counted by hand on small maps.
 
-use limpid::eval::{MapTally, TrueWindow};
-use limpid::frame::Grid;
+use limpid::map::Grid;
+use limpid::offline::eval::{MapTally, TrueWindow};
 use limpid::sim::truth::{FREE, GLASS, OCCUPIED, TruthFrame, UNKNOWN};
 use limpid::{Config, Error};
 

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use image::{ExtendedColorType, ImageEncoder};
-use limpid::eval::pairs::{PairList, PairReport, evaluate_pairs, file_name};
+use limpid::offline::eval::pairs::{PairList, PairReport, evaluate_pairs, file_name};
 use limpid::{Config, Error};
 
 use crate::support::data_dir;

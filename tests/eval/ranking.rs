@@ -1,7 +1,7 @@
 //! AUPRC and F1.
 
-use limpid::eval::ranking::suspicion;
-use limpid::eval::{Decision, Ranking};
+use limpid::offline::eval::ranking::suspicion;
+use limpid::offline::eval::{Decision, Ranking};
 use serde::Deserialize;
 
 #[derive(Deserialize)]

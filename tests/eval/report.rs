@@ -1,8 +1,8 @@
 //! Summaries, tables, page.
 
-use limpid::eval::report::{Report, paper};
-use limpid::eval::result::Spread;
-use limpid::eval::{MethodTally, SceneResult};
+use limpid::offline::eval::report::{Report, paper};
+use limpid::offline::eval::result::Spread;
+use limpid::offline::eval::{MethodTally, SceneResult};
 
 /// A scene in which naive calls `occupied` of 100 free cells occupied.
 fn scene(name: &str, level: &str, occupied: u64) -> SceneResult {

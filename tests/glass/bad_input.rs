@@ -1,9 +1,11 @@
 //! What may be wrong with a scan has a counter or an error, and never more than a pane too few.
 
 use limpid::Config;
-use limpid::geometry::Rigid;
-use limpid::glass::{BeamGrid, Labeller, PointClass};
-use limpid::recording::points::{Point, ReturnType, Scan};
+use limpid::base::Rigid;
+use limpid::map::glass::PointClass;
+use limpid::offline::labeller::Labeller;
+use limpid::sensor::BeamGrid;
+use limpid::sensor::{Point, ReturnType, Scan};
 
 use super::{alone, label};
 use crate::support::glass_room::GlassRoom;

@@ -3,8 +3,8 @@
 use std::path::Path;
 use std::process::{Command, Output};
 
-use limpid::glass::PointClass;
-use limpid::recording::write::save_scan;
+use limpid::map::glass::PointClass;
+use limpid::output::save_scan;
 use serde_json::Value;
 
 use crate::support::glass_room::GlassRoom;

@@ -1,8 +1,9 @@
 //! The analytic room.
 
 use glam::{DVec3, Vec3};
-use limpid::glass::{LabelledScan, Pane, PointClass};
-use limpid::recording::points::Point;
+use limpid::map::Pane;
+use limpid::map::glass::{LabelledScan, PointClass};
+use limpid::sensor::Point;
 
 use super::{alone, label, wrong};
 use crate::support::glass_room::GlassRoom;

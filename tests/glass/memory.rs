@@ -2,9 +2,10 @@
 
 use glam::{DQuat, DVec3};
 use limpid::Config;
-use limpid::geometry::Rigid;
-use limpid::glass::{Labeller, PointClass};
-use limpid::recording::points::{ReturnType, Scan};
+use limpid::base::Rigid;
+use limpid::map::glass::PointClass;
+use limpid::offline::labeller::Labeller;
+use limpid::sensor::{ReturnType, Scan};
 
 use super::wrong;
 use crate::support::glass_room::{GlassRoom, Truth};

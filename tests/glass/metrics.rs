@@ -1,8 +1,9 @@
 //! Scores, by hand.
 
-use limpid::glass::metrics::{ClassScore, GlassTally};
-use limpid::glass::{LabelledScan, Pane, PointClass};
-use limpid::recording::points::{Columns, Dropped, Point, ReturnType, Scan, Strength};
+use limpid::map::Pane;
+use limpid::map::glass::{LabelledScan, PointClass};
+use limpid::offline::eval::glass_metrics::{ClassScore, GlassTally};
+use limpid::sensor::{Columns, Dropped, Point, ReturnType, Scan, Strength};
 
 use PointClass::{Glass, Inside, Outside, Reflection, Unlabelled};
 

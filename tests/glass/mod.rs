@@ -9,9 +9,10 @@ mod pipeline;
 mod real;
 
 use limpid::Config;
-use limpid::geometry::Rigid;
-use limpid::glass::{LabelledScan, Labeller, PointClass};
-use limpid::recording::points::Scan;
+use limpid::base::Rigid;
+use limpid::map::glass::{LabelledScan, PointClass};
+use limpid::offline::labeller::Labeller;
+use limpid::sensor::Scan;
 
 use crate::support::glass_room::Truth;
 

@@ -2,11 +2,15 @@
 
 use glam::{DQuat, DVec3};
 use limpid::Config;
-use limpid::geometry::Rigid;
-use limpid::glass::{PointClass, cleaned, panes_to_yaml, read_panes};
+use limpid::base::Rigid;
+use limpid::input::points;
+use limpid::input::points::Options;
 use limpid::lidar::{ScanFrame, ScanOptions, ScanOutput, ScanPipeline, ScanPose};
-use limpid::recording::points::{self, Options, Scan};
-use limpid::recording::write::{ScanMcapSink, ScanPngSink, Sink};
+use limpid::map::clean::cleaned;
+use limpid::map::glass::PointClass;
+use limpid::map::pane_file::{panes_to_yaml, read_panes};
+use limpid::output::{ScanMcapSink, ScanPngSink, Sink};
+use limpid::sensor::Scan;
 
 use super::memory::blind;
 use crate::support::glass_room::{GlassRoom, WALL_X_M};

@@ -1,9 +1,12 @@
 //! Real recordings, where they are.
 
-use limpid::geometry::Rigid;
-use limpid::glass::metrics::GlassTally;
-use limpid::glass::{BeamGrid, Labeller};
-use limpid::recording::points::{self, Options, Scan};
+use limpid::base::Rigid;
+use limpid::input::points;
+use limpid::input::points::Options;
+use limpid::offline::eval::glass_metrics::GlassTally;
+use limpid::offline::labeller::Labeller;
+use limpid::sensor::BeamGrid;
+use limpid::sensor::Scan;
 
 use super::{alone, label};
 use crate::support::data_dir;

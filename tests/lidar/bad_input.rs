@@ -1,10 +1,10 @@
 //! Scans that are empty, too large, without what is asked for, or not numbers.
 
 use glam::{DQuat, DVec3};
+use limpid::base::Rigid;
 use limpid::config::PlaneSource;
-use limpid::geometry::Rigid;
 use limpid::lidar::{CellClass, MAX_POINTS, ScanFrame, ScanOptions, ScanPipeline, ScanPose};
-use limpid::recording::points::Point;
+use limpid::sensor::Point;
 use limpid::{Config, Error};
 
 use crate::support::gpu::skipped;

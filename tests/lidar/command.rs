@@ -2,8 +2,8 @@
 
 use std::process::Command;
 
-use limpid::recording::points::{Columns, Point, Scan};
-use limpid::recording::write::save_scan;
+use limpid::output::save_scan;
+use limpid::sensor::{Columns, Point, Scan};
 
 use crate::support::gpu::skipped;
 use crate::support::scan::{point, scan};

@@ -4,9 +4,9 @@ use std::f64::consts::PI;
 
 use glam::{DQuat, DVec3};
 use limpid::Config;
-use limpid::geometry::Rigid;
+use limpid::base::Rigid;
 use limpid::lidar::{CellClass, ScanFrame, ScanOutput, ScanPose};
-use limpid::recording::points::Point;
+use limpid::sensor::Point;
 
 use crate::support::gpu::skipped;
 use crate::support::scan::{open, point, posed, scan, step};

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use limpid::Config;
-use limpid::recording::PosedScans;
+use limpid::input::PosedScans;
 
 use crate::support::data_dir;
 use crate::support::gpu::skipped;

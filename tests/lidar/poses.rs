@@ -4,12 +4,12 @@ use std::path::Path;
 
 use glam::{DQuat, DVec3};
 use limpid::Config;
+use limpid::base::Rigid;
 use limpid::config::StaticTransform;
-use limpid::geometry::Rigid;
+use limpid::input::PosedScans;
 use limpid::lidar::{CellClass, ScanFrame, ScanOutput, ScanPose};
-use limpid::recording::PosedScans;
-use limpid::recording::points::{Columns, Point, Scan};
-use limpid::recording::write::save_scan;
+use limpid::output::save_scan;
+use limpid::sensor::{Columns, Point, Scan};
 
 use crate::support::data_dir;
 use crate::support::gpu::skipped;

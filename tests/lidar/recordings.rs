@@ -5,9 +5,9 @@ use std::process::Command;
 
 use glam::{DQuat, DVec2, DVec3};
 use limpid::Config;
+use limpid::input::PosedScans;
 use limpid::lidar::ScanFrame;
-use limpid::recording::PosedScans;
-use limpid::recording::message::ros2::{
+use limpid::message::ros2::{
     OdometryPose, PointCloud2, PointField, Pose, PoseStamped, PoseWithCovariance, Vector3,
 };
 

@@ -1,7 +1,8 @@
 //! Costs of trajectories.
 
 use limpid::Config;
-use limpid::lidar::{ScanOutput, Score, Scorer};
+use limpid::lidar::ScanOutput;
+use limpid::offline::score::{Score, Scorer};
 
 use crate::support::gpu::skipped;
 use crate::support::scan::{point, run_one, scan, still};

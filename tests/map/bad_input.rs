@@ -1,10 +1,10 @@
 //! Each bad input has its own error, and the map stays as it was and usable.
 
 use glam::DVec3;
-use limpid::camera::CameraModel;
 use limpid::frame::Options;
 use limpid::pipeline::Pipeline;
-use limpid::recording::{ColorImage, DepthSamples, RgbdFrame};
+use limpid::sensor::CameraModel;
+use limpid::sensor::{ColorImage, DepthSamples, RgbdFrame};
 use limpid::{Config, Error};
 
 use crate::support::gpu::skipped;

@@ -3,7 +3,7 @@
 use limpid::Config;
 use limpid::config::Method;
 use limpid::frame::FrameOutput;
-use limpid::recording::{DepthSamples, RgbdFrame};
+use limpid::sensor::{DepthSamples, RgbdFrame};
 
 use crate::support::gpu::skipped;
 use crate::support::random::Random;

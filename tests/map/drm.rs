@@ -1,14 +1,14 @@
 //! Method drm through the whole pipeline: the reliability that weighs the map is the network's.
 
 use limpid::Config;
+use limpid::base::Rigid;
 use limpid::config::Method;
 use limpid::frame::Options;
-use limpid::geometry::Rigid;
 use limpid::gpu::Chosen;
+use limpid::network::weights::{NATIVE_SIZE, Network};
 use limpid::network::{Backend, Inference};
 use limpid::pipeline::Pipeline;
-use limpid::recording::{ColorImage, DepthSamples, RgbdFrame};
-use limpid::weights::{NATIVE_SIZE, Network};
+use limpid::sensor::{ColorImage, DepthSamples, RgbdFrame};
 
 use crate::reference;
 use crate::support::compare::{Tolerance, assert_close};

@@ -3,7 +3,7 @@
 use glam::DVec2;
 use limpid::Config;
 use limpid::frame::FrameOutput;
-use limpid::recording::FramePose;
+use limpid::sensor::FramePose;
 
 use crate::reference::back_project::back_project;
 use crate::reference::see_through::{seen_through, trusted_rays};

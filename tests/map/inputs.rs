@@ -1,10 +1,10 @@
 //! Colour, calibrations and sizes that frames bring.
 
-use limpid::camera::CameraModel;
+use limpid::base::Rigid;
 use limpid::frame::{FrameOutput, Options};
-use limpid::geometry::Rigid;
 use limpid::pipeline::Pipeline;
-use limpid::recording::{ColorImage, RgbdFrame};
+use limpid::sensor::CameraModel;
+use limpid::sensor::{ColorImage, RgbdFrame};
 use limpid::{Config, Error};
 
 use crate::support::camera_job::{small_map, tiny_camera};

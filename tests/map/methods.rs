@@ -2,7 +2,7 @@
 
 use limpid::Config;
 use limpid::config::Method;
-use limpid::recording::{DepthSamples, RgbdFrame};
+use limpid::sensor::{DepthSamples, RgbdFrame};
 
 use crate::support::gpu::skipped;
 use crate::support::run::{cell, evidence, lethal, run, still};
@@ -12,7 +12,7 @@ fn with(method: Method) -> Config {
     Config { method, ..Config::default() }
 }
 
-fn level() -> limpid::recording::FramePose {
+fn level() -> limpid::sensor::FramePose {
     pose(0.01, 0.02, 0.0, 0.6, 0.0)
 }
 

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use limpid::frame::FrameOutput;
-use limpid::recording::RgbdFrame;
+use limpid::sensor::RgbdFrame;
 
 use crate::support::camera_job::{small_map, tiny_camera};
 use crate::support::gpu::skipped;

@@ -2,7 +2,7 @@
 
 use limpid::Config;
 use limpid::config::Fusion;
-use limpid::recording::RgbdFrame;
+use limpid::sensor::RgbdFrame;
 
 use crate::support::gpu::skipped;
 use crate::support::run::{evidence, lethal, occupancy, run, still};
@@ -20,7 +20,7 @@ fn far_wall() -> Scene {
 /// The face of [`wall`].
 const FACE: [f64; 2] = [1.53, 0.02];
 
-fn ahead() -> limpid::recording::FramePose {
+fn ahead() -> limpid::sensor::FramePose {
     pose(0.01, 0.02, 0.0, 0.6, 0.2)
 }
 

@@ -1,9 +1,10 @@
 //! ROS 1 bags: another file's pixels, every compression, damage.
 
 use glam::DVec3;
-use limpid::geometry::Rigid;
-use limpid::recording::message::{ros1, ros2};
-use limpid::recording::{DepthSamples, LogReader, ReadReport, Recording, RgbdFrame, open};
+use limpid::base::Rigid;
+use limpid::input::{LogReader, ReadReport, Recording, open};
+use limpid::message::{ros1, ros2};
+use limpid::sensor::{DepthSamples, RgbdFrame};
 use limpid::{Config, Result};
 use prop::collection::vec;
 use proptest::prelude::*;

@@ -1,7 +1,7 @@
 //! Files that are cut off, damaged, without a summary or empty.
 
 use limpid::Config;
-use limpid::recording::{LogReader, Recording, open};
+use limpid::input::{LogReader, Recording, open};
 use mcap::{Compression, WriteOptions};
 
 use super::synthetic::{DEPTH, DEPTH_INFO, Recorder, Saved, at_ms, save};

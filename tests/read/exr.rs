@@ -7,8 +7,9 @@ use exr::prelude::{
 };
 use glam::DVec3;
 use limpid::Config;
-use limpid::recording::image_decode::{Decoded, depth_from_file};
-use limpid::recording::{DepthSamples, RgbdFrame, open};
+use limpid::input::image_decode::{Decoded, depth_from_file};
+use limpid::input::open;
+use limpid::sensor::{DepthSamples, RgbdFrame};
 use prop::collection::vec;
 use proptest::prelude::*;
 

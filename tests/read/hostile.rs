@@ -1,12 +1,13 @@
 //! Random and truncated input: errors or frames, never a panic.
 
 use limpid::Config;
-use limpid::recording::image_decode::{RawImage, color_from_file, depth_from_compressed};
-use limpid::recording::message::foxglove::{self, decode_protobuf};
-use limpid::recording::message::ros2::{
+use limpid::input::image_decode::{RawImage, color_from_file, depth_from_compressed};
+use limpid::input::{LogReader, Recording};
+use limpid::message::foxglove;
+use limpid::message::foxglove::decode_protobuf;
+use limpid::message::ros2::{
     CameraInfo, CompressedImage, Image, OdometryPose, TFMessage, decode_cdr, encode_cdr,
 };
-use limpid::recording::{LogReader, Recording};
 use prop::collection::vec;
 use proptest::prelude::*;
 

@@ -5,10 +5,11 @@ use std::io::Cursor;
 use byteorder::BigEndian;
 use image::{DynamicImage, ImageBuffer, ImageFormat, Luma, Rgb};
 use limpid::Config;
-use limpid::recording::image_decode::{RawImage, depth_from_compressed};
-use limpid::recording::message::foxglove;
-use limpid::recording::message::ros2::{Image, decode_cdr};
-use limpid::recording::{DepthSamples, LogReader};
+use limpid::input::LogReader;
+use limpid::input::image_decode::{RawImage, depth_from_compressed};
+use limpid::message::foxglove;
+use limpid::message::ros2::{Image, decode_cdr};
+use limpid::sensor::DepthSamples;
 
 use super::synthetic::{COLOR, DEPTH, DEPTH_INFO, FRAME, Recorder, SIZE, at_ms, camera_info, depth_image};
 use super::{noted, read_mcap};
@@ -231,7 +232,7 @@ fn topics_are_chosen_by_type_and_name() {
     }
     recorder.channel("/a/depth", "foxglove.CompressedImage", "protobuf");
     let reader = LogReader::mcap(&recorder.save().path, &Config::default()).unwrap();
-    let notes = &limpid::recording::Recording::report(&reader).notes;
+    let notes = &limpid::input::Recording::report(&reader).notes;
     assert!(notes[0].starts_with(&format!("topics: depth {DEPTH} ")), "{notes:?}");
     assert!(notes[0].contains(&format!("colour {COLOR} ")), "{notes:?}");
 }
@@ -246,7 +247,7 @@ fn compressed_depth_of_a_colour_image_is_not_taken_for_depth() {
         recorder.compressed_image(&topic, at_ms(0), "16UC1; compressedDepth png", payload);
     }
     let reader = LogReader::mcap(&recorder.save().path, &Config::default()).unwrap();
-    let notes = &limpid::recording::Recording::report(&reader).notes;
+    let notes = &limpid::input::Recording::report(&reader).notes;
     assert!(notes[0].starts_with("topics: depth /cam/depth/image_raw/compressedDepth "), "{notes:?}");
     assert!(notes[0].contains("colour none"), "{notes:?}");
 }

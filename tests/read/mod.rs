@@ -15,7 +15,8 @@ pub(crate) mod synthetic;
 mod tum;
 
 use limpid::Config;
-use limpid::recording::{LogReader, ReadReport, Recording, RgbdFrame};
+use limpid::input::{LogReader, ReadReport, Recording};
+use limpid::sensor::RgbdFrame;
 
 /// All frames of a recording and what its reader reported.
 fn read_all(mut recording: impl Recording) -> limpid::Result<(Vec<RgbdFrame>, ReadReport)> {

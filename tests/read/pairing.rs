@@ -1,8 +1,9 @@
 //! What belongs to a depth image, and images that cannot be used.
 
 use limpid::Config;
-use limpid::geometry::Rigid;
-use limpid::recording::{DepthSamples, LogReader};
+use limpid::base::Rigid;
+use limpid::input::LogReader;
+use limpid::sensor::DepthSamples;
 
 use super::synthetic::{
     COLOR, COLOR_INFO, DEPTH, DEPTH_INFO, Recorder, SIZE, at_ms, camera_info, depth_image, raw_image,
@@ -141,7 +142,7 @@ fn bad_intrinsics_are_counted_and_good_ones_wait() {
     info.k[0] = f64::NAN;
     recorder.info(DEPTH_INFO, at_ms(0), &info);
     let without =
-        |report: &limpid::recording::ReadReport| (skipped(report, "fx = 0"), skipped(report, "fx = NaN"));
+        |report: &limpid::input::ReadReport| (skipped(report, "fx = 0"), skipped(report, "fx = NaN"));
     recorder.image(DEPTH, at_ms(0), &depth_image(at_ms(0), 7));
     recorder.depth(at_ms(33), 7);
     let (frames, report) = read_mcap(&recorder.save(), &Config::default()).unwrap();

@@ -4,10 +4,10 @@ use std::f64::consts::FRAC_PI_2;
 
 use glam::{DQuat, DVec3};
 use limpid::Config;
+use limpid::base::Rigid;
 use limpid::config::StaticTransform;
-use limpid::geometry::Rigid;
-use limpid::recording::message::ros2::{OdometryPose, Pose, PoseWithCovariance, Quaternion, Vector3};
-use limpid::recording::transforms::{Inserted, TransformBuffer, TransformError};
+use limpid::input::transforms::{Inserted, TransformBuffer, TransformError};
+use limpid::message::ros2::{OdometryPose, Pose, PoseWithCovariance, Quaternion, Vector3};
 
 use super::synthetic::{FRAME, Recorder, at_ms, header};
 use super::{noted, read_mcap, skipped};

@@ -5,8 +5,9 @@ use std::path::Path;
 
 use glam::{DMat3, DMat4, DVec3};
 use limpid::Config;
-use limpid::geometry::Rigid;
-use limpid::recording::{DepthSamples, FramePose, LogReader, Recording, RgbdFrame, TumReader, open};
+use limpid::base::Rigid;
+use limpid::input::{LogReader, Recording, TumReader, open};
+use limpid::sensor::{DepthSamples, FramePose, RgbdFrame};
 use serde_json::Value;
 
 use super::read_all;

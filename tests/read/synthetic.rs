@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 use std::io::Cursor;
 use std::path::PathBuf;
 
-use limpid::recording::message::ros2::{
-    self, CameraInfo, CompressedImage, Header, Image, Quaternion, TFMessage, Transform, TransformStamped,
-    Vector3,
+use limpid::message::ros2;
+use limpid::message::ros2::{
+    CameraInfo, CompressedImage, Header, Image, Quaternion, TFMessage, Transform, TransformStamped, Vector3,
 };
 use mcap::records::MessageHeader;
 use mcap::{Compression, WriteOptions, Writer};

@@ -5,7 +5,8 @@ use std::path::Path;
 use image::{DynamicImage, ImageBuffer, Luma, Rgb};
 use limpid::Config;
 use limpid::config::StaticTransform;
-use limpid::recording::{DepthSamples, TumReader};
+use limpid::input::TumReader;
+use limpid::sensor::DepthSamples;
 
 use super::{noted, read_all, skipped};
 

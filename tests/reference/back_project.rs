@@ -2,8 +2,8 @@
 
 use glam::DVec3;
 use limpid::Config;
-use limpid::camera::CameraModel;
-use limpid::geometry::Rigid;
+use limpid::base::Rigid;
+use limpid::sensor::CameraModel;
 
 /// What one cell gets from one frame.
 #[derive(Debug, Clone, Copy, Default)]

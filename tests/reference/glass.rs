@@ -3,7 +3,8 @@
 use std::collections::HashMap;
 
 use glam::{DMat3, DVec3};
-use limpid::glass::{Pane, PointClass};
+use limpid::map::Pane;
+use limpid::map::glass::PointClass;
 
 /// A point as a beam measured it.
 pub(crate) type Beam = ([f32; 3], usize, usize);

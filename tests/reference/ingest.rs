@@ -1,7 +1,7 @@
 //! Which samples are measured depth (spec 1 §1, §3, §4).
 
 use limpid::config::{Config, Method};
-use limpid::recording::DepthSamples;
+use limpid::sensor::DepthSamples;
 
 /// Share of a count by which a limit may be missed: limits like 0.17 m are no exact multiples of 0.001 m in binary.
 const COUNT_SLACK: f64 = 1e-6;

@@ -1,6 +1,6 @@
 //! Layers by going through every cell's points (spec 2 §2, Eq. 1-2).
 
-use limpid::recording::points::Point;
+use limpid::sensor::Point;
 
 /// What a layer holds: points of a height interval (the last one's upper bound is its own), or of a ring.
 #[derive(Debug, Clone, Copy)]

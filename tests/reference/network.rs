@@ -1,6 +1,6 @@
 //! Twin of the network's kernels: every block in f64, one sum at a time.
 
-use limpid::weights::{Activation, Block, Convolution, Network, Op};
+use limpid::network::weights::{Activation, Block, Convolution, Network, Op};
 
 /// Channels x rows x columns.
 #[derive(Clone)]

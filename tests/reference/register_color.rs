@@ -1,8 +1,8 @@
 //! Colour at a depth pixel by projection in f64 (spec 1 §1).
 
 use glam::DVec3;
-use limpid::camera::CameraModel;
-use limpid::geometry::Rigid;
+use limpid::base::Rigid;
+use limpid::sensor::CameraModel;
 
 /// Where a depth pixel looks in the colour image.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -2,8 +2,8 @@
 
 use glam::{DVec2, DVec3};
 use limpid::Config;
-use limpid::camera::CameraModel;
-use limpid::geometry::Rigid;
+use limpid::base::Rigid;
+use limpid::sensor::CameraModel;
 
 /// A trusted pixel's ray from the camera to its point, in window coordinates.
 #[derive(Debug, Clone, Copy)]

@@ -1,8 +1,8 @@
 //! Twin of the passes of `limpid targets` (spec 1 §2), in f64.
 
 use glam::DVec3;
-use limpid::camera::CameraModel;
-use limpid::geometry::Rigid;
+use limpid::base::Rigid;
+use limpid::sensor::CameraModel;
 use limpid::stage::targets::Rule;
 
 /// A pixel of the target camera: the nearest depth that falls on it (0: none), and whether f32 may see it otherwise.

@@ -9,7 +9,7 @@ mod recording;
 mod stereo;
 mod truth;
 
-use limpid::recording::FramePose;
+use limpid::sensor::FramePose;
 use limpid::sim::frame::SimFrame;
 use limpid::sim::material::{Material, Pattern};
 use limpid::sim::scene::{Ambient, Block, Room, Scene, Trajectory};

@@ -4,8 +4,9 @@ use std::path::Path;
 
 use limpid::config::Method;
 use limpid::frame::Options;
-use limpid::recording::{self, DepthSamples};
+use limpid::input;
 use limpid::run::run;
+use limpid::sensor::DepthSamples;
 use limpid::sim::Simulator;
 use limpid::sim::frame::SimFrame;
 use limpid::sim::truth::{OCCUPIED, TrueMap, TruthReader};
@@ -39,7 +40,7 @@ fn record(path: &Path) -> Vec<(SimFrame, Vec<i8>)> {
 }
 
 fn comes_back(path: &Path, written: &[(SimFrame, Vec<i8>)]) {
-    let mut reader = recording::open(path, &Config::default()).unwrap();
+    let mut reader = input::open(path, &Config::default()).unwrap();
     let mut truth = TruthReader::open(path).unwrap();
     for (frame, cells) in written {
         let read = reader.next_frame().unwrap().unwrap();
@@ -82,7 +83,7 @@ fn recordings_come_back_and_the_methods_run_on_them() {
         "the same seed, the same bytes"
     );
     let config = Config { method: Method::Naive, ..Config::default() };
-    let mut source = recording::open(&mcap, &config).unwrap();
+    let mut source = input::open(&mcap, &config).unwrap();
     let report =
         run(source.as_mut(), 0..u64::MAX, &config, &Options::default(), &mut [], &mut |_| {}).unwrap();
     assert_eq!((report.frames, report.without_pose), (u64::from(FRAMES), 0));

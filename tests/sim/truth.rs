@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use glam::DVec2;
 use limpid::Config;
-use limpid::frame::Grid;
+use limpid::map::Grid;
 use limpid::sim::scene::{Pane, Scene};
 use limpid::sim::truth::{FREE, GLASS, OCCUPIED, TrueMap, UNKNOWN};
 

@@ -1,7 +1,7 @@
 //! Colour that lies on the depth grid.
 
 use limpid::gpu::Invocations;
-use limpid::stage::align_color::{ALIGN_COLOR, AlignColorParams};
+use limpid::stage::camera::align_color::{ALIGN_COLOR, AlignColorParams};
 
 use crate::reference::align_color::align_color;
 use crate::support::gpu::{Fragment, skipped};

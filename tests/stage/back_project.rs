@@ -3,12 +3,12 @@
 use bytemuck::cast_slice;
 use glam::{DQuat, DVec3, Vec2};
 use limpid::Config;
-use limpid::camera::{CameraModel, Distortion};
-use limpid::geometry::Rigid;
+use limpid::base::Rigid;
 use limpid::gpu::Invocations;
-use limpid::stage::back_project::{BACK_PROJECT, BackProjectParams, STRIP, rays};
+use limpid::sensor::{CameraModel, Distortion};
+use limpid::stage::camera::back_project::{BACK_PROJECT, BackProjectParams, STRIP, rays};
+use limpid::stage::camera::see_through::TILE;
 use limpid::stage::rows;
-use limpid::stage::see_through::TILE;
 
 use crate::reference;
 use crate::support::camera_job::{job, small_map, tiny_camera, view};

@@ -2,7 +2,7 @@
 
 use limpid::gpu::Invocations;
 use limpid::network::Backend;
-use limpid::stage::drm::{ResizeParams, resize, restore};
+use limpid::stage::camera::drm::{ResizeParams, resize, restore};
 
 use crate::reference;
 use crate::support::compare::{Tolerance, assert_close};

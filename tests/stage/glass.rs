@@ -1,12 +1,12 @@
 //! The organized cloud.
 
 use limpid::Config;
-use limpid::geometry::Rigid;
-use limpid::glass::BeamGrid;
+use limpid::base::Rigid;
 use limpid::gpu::Invocations;
-use limpid::recording::points::{Point, ReturnType, Scan};
+use limpid::sensor::BeamGrid;
+use limpid::sensor::{Point, ReturnType, Scan};
 use limpid::stage::glass::{Glass, GlassMoment, ORGANIZE, ROW_TEXELS, row_texels};
-use limpid::stage::intensity_layers::POINT_ROW;
+use limpid::stage::lidar::intensity_layers::POINT_ROW;
 
 use crate::reference::glass::organize;
 use crate::support::glass_room::GlassRoom;

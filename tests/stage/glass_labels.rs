@@ -2,9 +2,12 @@
 
 use glam::DVec3;
 use limpid::Config;
-use limpid::geometry::Rigid;
-use limpid::glass::{BeamGrid, Labeller, Pane, PointClass};
-use limpid::recording::points::{Point, ReturnType, Scan};
+use limpid::base::Rigid;
+use limpid::map::Pane;
+use limpid::map::glass::PointClass;
+use limpid::offline::labeller::Labeller;
+use limpid::sensor::BeamGrid;
+use limpid::sensor::{Point, ReturnType, Scan};
 
 use crate::reference::glass::{Beam, Organized, Rules, labels, organize};
 use crate::support::glass_room::GlassRoom;

@@ -3,9 +3,10 @@
 use bytemuck::{Pod, Zeroable, cast_slice};
 use glam::{DVec3, Vec3, Vec4};
 use limpid::Config;
-use limpid::geometry::Rigid;
-use limpid::glass::{BeamGrid, Pane};
+use limpid::base::Rigid;
 use limpid::gpu::Invocations;
+use limpid::map::Pane;
+use limpid::sensor::BeamGrid;
 use limpid::stage::glass::{
     ACCEPT, CANDIDATE, CANDIDATE_ROW, FIT, Glass, GlassMoment, GlassParams, MOST_CANDIDATES, REMEMBER, SCORE,
 };

@@ -3,7 +3,7 @@
 use glam::DVec2;
 use limpid::config::{Config, InflationKernel};
 use limpid::gpu::Invocations;
-use limpid::stage::goal_inflation::{GOAL_INFLATION, GoalInflationParams, kernel};
+use limpid::stage::map::goal_inflation::{GOAL_INFLATION, GoalInflationParams, kernel};
 
 use crate::reference::goal_inflation::{inflate, reaches};
 use crate::support::compare::{EXACT, assert_close, compare};

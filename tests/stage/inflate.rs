@@ -2,7 +2,7 @@
 
 use limpid::Config;
 use limpid::gpu::Invocations;
-use limpid::stage::inflate::*;
+use limpid::stage::map::inflate::*;
 
 use crate::reference;
 use crate::support::compare::{EXACT, assert_close, compare};

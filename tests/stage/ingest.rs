@@ -3,8 +3,8 @@
 use bytemuck::cast_slice;
 use limpid::config::{Config, Method};
 use limpid::gpu::Invocations;
-use limpid::recording::DepthSamples;
-use limpid::stage::ingest::{INGEST, IngestParams};
+use limpid::sensor::DepthSamples;
+use limpid::stage::camera::ingest::{INGEST, IngestParams};
 
 use crate::reference;
 use crate::support::compare::{EXACT, Tolerance, assert_close};

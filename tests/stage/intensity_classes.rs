@@ -2,7 +2,7 @@
 
 use glam::{Vec2, Vec4};
 use limpid::gpu::Invocations;
-use limpid::stage::intensity_classes::{INTENSITY_CLASSES, IntensityClassesParams};
+use limpid::stage::lidar::intensity_classes::{INTENSITY_CLASSES, IntensityClassesParams};
 
 use crate::reference::intensity_classes::{Cell, Limits, classify};
 use crate::support::compare::{EXACT, Tolerance, assert_close};

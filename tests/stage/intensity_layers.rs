@@ -2,8 +2,8 @@
 
 use glam::{Vec2, Vec4};
 use limpid::gpu::{Invocations, ShaderSource};
-use limpid::recording::points::Point;
-use limpid::stage::intensity_layers::{
+use limpid::sensor::Point;
+use limpid::stage::lidar::intensity_layers::{
     INTENSITY_LAYERS, INTENSITY_LAYERS_OF_BUFFER, IntensityLayersParams, POINT_ROW,
 };
 

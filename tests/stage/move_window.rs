@@ -2,8 +2,8 @@
 
 use limpid::Config;
 use limpid::gpu::Invocations;
-use limpid::stage::Window;
-use limpid::stage::move_window::{MOVE_WINDOW, MoveWindowParams};
+use limpid::map::Window;
+use limpid::stage::map::move_window::{MOVE_WINDOW, MoveWindowParams};
 
 use crate::reference::move_window::Kept;
 use crate::support::gpu::{Fragment, SENTINEL, skipped};

@@ -1,7 +1,7 @@
 //! Classes and costs of the plan map.
 
 use limpid::gpu::Invocations;
-use limpid::stage::plan_map::{PLAN_MAP, PlanMapParams};
+use limpid::stage::map::plan_map::{PLAN_MAP, PlanMapParams};
 
 use crate::reference::plan_map::plan;
 use crate::support::compare::{EXACT, assert_close};

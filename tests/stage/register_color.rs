@@ -1,11 +1,11 @@
 //! Colour at the depth camera's pixels.
 
 use glam::{DQuat, DVec3, Vec2, Vec4};
-use limpid::camera::{CameraModel, Distortion};
-use limpid::geometry::Rigid;
+use limpid::base::Rigid;
 use limpid::gpu::Invocations;
-use limpid::stage::back_project::rays;
-use limpid::stage::register_color::{REGISTER_COLOR, RegisterColorParams};
+use limpid::sensor::{CameraModel, Distortion};
+use limpid::stage::camera::back_project::rays;
+use limpid::stage::camera::register_color::{REGISTER_COLOR, RegisterColorParams};
 use limpid::stage::rows;
 
 use crate::reference::register_color::{Source, source};

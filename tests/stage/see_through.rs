@@ -5,13 +5,13 @@
 
 use glam::{DVec2, DVec3, Vec2, Vec4};
 use limpid::Config;
-use limpid::camera::{CameraModel, Distortion};
-use limpid::geometry::Rigid;
+use limpid::base::Rigid;
 use limpid::gpu::Invocations;
-use limpid::stage::rows;
-use limpid::stage::see_through::{
+use limpid::sensor::{CameraModel, Distortion};
+use limpid::stage::camera::see_through::{
     AROUND, GATHER, SeeThroughAroundParams, SeeThroughGatherParams, SeeThroughTilesParams, TILES, field,
 };
+use limpid::stage::rows;
 
 use crate::reference::see_through::{Ray, seen_through, trusted_rays};
 use crate::support::camera_job::{small_map, tiny_camera, view};

@@ -1,7 +1,7 @@
 //! 5x5 median of valid depths.
 
 use limpid::gpu::Invocations;
-use limpid::stage::spatial_median::{SPATIAL_MEDIAN, SpatialMedianParams};
+use limpid::stage::camera::spatial_median::{SPATIAL_MEDIAN, SpatialMedianParams};
 
 use crate::reference;
 use crate::support::compare::{EXACT, assert_close};

@@ -1,7 +1,7 @@
 //! Counters of a frame.
 
 use limpid::gpu::Invocations;
-use limpid::stage::tally::{TALLY, TallyParams};
+use limpid::stage::camera::tally::{TALLY, TallyParams};
 
 use crate::reference::tally::tally as twin;
 use crate::support::gpu::{Fragment, skipped};

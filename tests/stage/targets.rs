@@ -2,12 +2,12 @@
 
 use bytemuck::Zeroable;
 use glam::{DQuat, DVec3};
-use limpid::camera::{CameraModel, Distortion};
-use limpid::geometry::Rigid;
+use limpid::base::Rigid;
 use limpid::gpu::Invocations;
 use limpid::network::Backend;
-use limpid::stage::back_project::rays;
-use limpid::stage::drm::{ResizeParams, resize};
+use limpid::sensor::{CameraModel, Distortion};
+use limpid::stage::camera::back_project::rays;
+use limpid::stage::camera::drm::{ResizeParams, resize};
 use limpid::stage::targets::{
     AGREE, AgreeParams, JUDGE, REMEMBER, REPROJECT, RememberParams, ReprojectParams, Rule, VIEWS, View,
     judge_params, reproject_params,

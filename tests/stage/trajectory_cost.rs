@@ -2,7 +2,7 @@
 
 use glam::Vec2;
 use limpid::gpu::Invocations;
-use limpid::stage::trajectory_cost::{ROLL_OUT, RollOutParams, SUM, SumParams};
+use limpid::stage::map::trajectory_cost::{ROLL_OUT, RollOutParams, SUM, SumParams};
 
 use crate::reference::trajectory_cost::{cost, place};
 use crate::support::compare::{EXACT, Tolerance, assert_close, compare};

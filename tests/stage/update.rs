@@ -3,7 +3,7 @@
 use bytemuck::cast_slice;
 use limpid::config::{Config, Method};
 use limpid::gpu::Invocations;
-use limpid::stage::update::{UPDATE, UpdateParams};
+use limpid::stage::camera::update::{UPDATE, UpdateParams};
 
 use crate::reference::update::{Cell, Observation};
 use crate::support::compare::{EXACT, Tolerance, assert_close};

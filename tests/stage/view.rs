@@ -2,10 +2,10 @@
 
 use glam::{DQuat, DVec3, EulerRot};
 use limpid::Config;
-use limpid::camera::CameraModel;
-use limpid::geometry::Rigid;
-use limpid::stage::see_through::field;
-use limpid::stage::view::cells_in_view;
+use limpid::base::Rigid;
+use limpid::sensor::CameraModel;
+use limpid::stage::camera::see_through::field;
+use limpid::stage::camera::view::cells_in_view;
 
 use crate::support::camera_job::{small_map, tiny_camera};
 use crate::support::random::Random;

@@ -1,7 +1,7 @@
 //! Reliability per pixel from the sensor's confidence.
 
 use limpid::gpu::Invocations;
-use limpid::stage::weigh::{WEIGH, WeighParams};
+use limpid::stage::camera::weigh::{WEIGH, WeighParams};
 
 use crate::reference;
 use crate::support::compare::{EXACT, assert_close};

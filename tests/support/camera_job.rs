@@ -2,9 +2,9 @@
 
 use glam::DVec3;
 use limpid::Config;
-use limpid::camera::{CameraModel, Distortion};
-use limpid::geometry::Rigid;
-use limpid::recording::FramePose;
+use limpid::base::Rigid;
+use limpid::sensor::FramePose;
+use limpid::sensor::{CameraModel, Distortion};
 use limpid::stage::Job;
 
 use crate::support::scene::Scene;

@@ -5,12 +5,10 @@ use std::path::Path;
 
 use glam::{DQuat, DVec3};
 use image::codecs::jpeg::JpegEncoder;
-use limpid::camera::{CameraModel, Distortion};
-use limpid::geometry::Rigid;
-use limpid::recording::message::ros2::{
-    CameraInfo, CompressedImage, Header, Image, TFMessage, TransformStamped,
-};
-use limpid::recording::write::RosFile;
+use limpid::base::Rigid;
+use limpid::message::ros2::{CameraInfo, CompressedImage, Header, Image, TFMessage, TransformStamped};
+use limpid::output::RosFile;
+use limpid::sensor::{CameraModel, Distortion};
 
 use super::room::Room;
 

@@ -2,8 +2,8 @@
 //! exact ranges, one of each beam's returns in the first slot and another in the last.
 
 use glam::DVec3;
-use limpid::glass::PointClass;
-use limpid::recording::points::{Columns, Dropped, Point, ReturnType, Scan, Strength};
+use limpid::map::glass::PointClass;
+use limpid::sensor::{Columns, Dropped, Point, ReturnType, Scan, Strength};
 
 pub(crate) const ROWS: u16 = 32;
 pub(crate) const COLUMNS: u16 = 720;

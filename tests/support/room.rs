@@ -1,8 +1,8 @@
 //! An analytic room: boxes on a floor, seen by a pinhole camera through exact ray casting.
 
 use glam::DVec3;
-use limpid::camera::CameraModel;
-use limpid::geometry::Rigid;
+use limpid::base::Rigid;
+use limpid::sensor::CameraModel;
 
 /// How a surface looks.
 #[derive(Debug, Clone, Copy, PartialEq)]

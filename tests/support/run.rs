@@ -3,7 +3,7 @@
 use limpid::Config;
 use limpid::frame::{FrameOutput, Options};
 use limpid::pipeline::Pipeline;
-use limpid::recording::{FramePose, RgbdFrame};
+use limpid::sensor::{FramePose, RgbdFrame};
 
 use crate::support::scene::{Scene, small_camera};
 

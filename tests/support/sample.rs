@@ -3,9 +3,10 @@
 use std::path::PathBuf;
 
 use glam::{DQuat, DVec3};
-use limpid::frame::{Counters, FrameImages, FrameLayers, FrameOutput, Grid};
-use limpid::geometry::Rigid;
-use limpid::recording::{DepthImage, DepthSamples, RgbdFrame};
+use limpid::base::Rigid;
+use limpid::frame::{Counters, FrameImages, FrameLayers, FrameOutput};
+use limpid::map::Grid;
+use limpid::sensor::{DepthImage, DepthSamples, RgbdFrame};
 use tempfile::TempDir;
 
 use super::drive;

@@ -2,7 +2,7 @@
 
 use limpid::Config;
 use limpid::lidar::{ScanFrame, ScanOptions, ScanOutput, ScanPipeline, ScanPose};
-use limpid::recording::points::{Columns, Dropped, Point, ReturnType, Scan, Strength};
+use limpid::sensor::{Columns, Dropped, Point, ReturnType, Scan, Strength};
 
 /// A point with neither ring nor time.
 pub(crate) fn point([x, y, z]: [f64; 3], intensity: f64) -> Point {

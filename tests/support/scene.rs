@@ -1,9 +1,9 @@
 //! Analytic frames for stage tests: planes and boxes seen by a pinhole camera, with exact depth.
 
 use glam::{DMat3, DQuat, DVec3};
-use limpid::camera::CameraModel;
-use limpid::geometry::Rigid;
-use limpid::recording::{DepthImage, DepthSamples, FramePose, RgbdFrame};
+use limpid::base::Rigid;
+use limpid::sensor::CameraModel;
+use limpid::sensor::{DepthImage, DepthSamples, FramePose, RgbdFrame};
 
 /// 160x120 pixels, 57 degrees wide.
 pub(crate) fn small_camera() -> CameraModel {

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use exr::prelude::{FlatSamples, ReadChannels, ReadLayers, read};
 use limpid::Config;
-use limpid::recording::write::{DumpSink, Sink};
+use limpid::output::{DumpSink, Sink};
 use tempfile::TempDir;
 
 use crate::support::sample;
@@ -56,7 +56,7 @@ fn frame_json_has_every_figure() {
     let text = std::fs::read_to_string(folder.path().join("dump/000012/frame.json")).unwrap();
     let found: serde_json::Value = serde_json::from_str(&text).unwrap();
     let output = sample::output();
-    let pose = |rigid: limpid::geometry::Rigid| {
+    let pose = |rigid: limpid::base::Rigid| {
         serde_json::json!({
             "translation_m": rigid.translation_m.to_array(),
             "rotation_xyzw": rigid.rotation.to_array(),

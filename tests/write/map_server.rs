@@ -1,7 +1,8 @@
 //! The saved map, byte for byte, and read as nav2's map_server would.
 
-use limpid::frame::{FrameOutput, Grid};
-use limpid::recording::write::save_map;
+use limpid::frame::FrameOutput;
+use limpid::map::Grid;
+use limpid::output::save_map;
 use tempfile::TempDir;
 
 use crate::support::sample;

@@ -4,10 +4,10 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use byteorder::LittleEndian;
-use limpid::camera::Distortion;
 use limpid::frame::FrameOutput;
-use limpid::recording::write::{McapSink, Sink, occupancy_of_cost};
-use limpid::recording::{DepthSamples, RgbdFrame};
+use limpid::output::{McapSink, Sink, occupancy_of_cost};
+use limpid::sensor::Distortion;
+use limpid::sensor::{DepthSamples, RgbdFrame};
 use limpid::{Config, Error};
 use serde::Deserialize;
 use serde_bytes::ByteBuf;

@@ -4,8 +4,9 @@ use std::path::Path;
 
 use image::RgbImage;
 use limpid::Config;
-use limpid::frame::{FrameOutput, Grid};
-use limpid::recording::write::{PngSink, Sink};
+use limpid::frame::FrameOutput;
+use limpid::map::Grid;
+use limpid::output::{PngSink, Sink};
 use tempfile::TempDir;
 
 use crate::support::sample;
@@ -39,7 +40,7 @@ fn small(costs: &[((u32, u32), u8)]) -> FrameOutput {
     for &((x, y), cost) in costs {
         costmap[(y * 12 + x) as usize] = cost;
     }
-    let map_from_base = limpid::geometry::Rigid::new([1.6, 1.1, 0.0], [0.0, 0.0, 0.0, 1.0]).unwrap();
+    let map_from_base = limpid::base::Rigid::new([1.6, 1.1, 0.0], [0.0, 0.0, 0.0, 1.0]).unwrap();
     FrameOutput { grid, costmap, map_from_base, images: None, ..sample::output() }
 }
 

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use byteorder::LittleEndian;
 use glam::DVec3;
-use limpid::geometry::Rigid;
+use limpid::base::Rigid;
 use serde_bytes::ByteBuf;
 
 use crate::support::drive;

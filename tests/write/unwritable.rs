@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use limpid::recording::write::{DumpSink, McapSink, PngSink, Sink, save_map};
+use limpid::output::{DumpSink, McapSink, PngSink, Sink, save_map};
 use limpid::{Config, Error, Result};
 use tempfile::TempDir;
 

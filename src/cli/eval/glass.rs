@@ -3,11 +3,13 @@
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use limpid::geometry::Rigid;
-use limpid::glass::Labeller;
-use limpid::glass::metrics::{ClassScore, GlassScores, GlassTally, drop_behind_planes};
-use limpid::recording::points::{self, Options, Scan};
-use limpid::recording::trajectory;
+use limpid::base::Rigid;
+use limpid::input::points;
+use limpid::input::points::Options;
+use limpid::input::trajectory;
+use limpid::offline::eval::glass_metrics::{ClassScore, GlassScores, GlassTally, drop_behind_planes};
+use limpid::offline::labeller::Labeller;
+use limpid::sensor::Scan;
 use limpid::{Config, Error, Result};
 use serde_json::json;
 

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use limpid::Result;
-use limpid::eval::pairs::{PairList, evaluate_pairs};
+use limpid::offline::eval::pairs::{PairList, evaluate_pairs};
 
 use super::{EvalArguments, shown};
 

@@ -4,10 +4,10 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use limpid::eval::contest::Contestant;
-use limpid::eval::pairs::file_name;
-use limpid::eval::report::Report;
-use limpid::eval::{Generated, Recorded, SceneResult, Source, contestants, evaluate, picture};
+use limpid::offline::eval::contest::Contestant;
+use limpid::offline::eval::pairs::file_name;
+use limpid::offline::eval::report::Report;
+use limpid::offline::eval::{Generated, Recorded, SceneResult, Source, contestants, evaluate, picture};
 use limpid::sim::Scene;
 use limpid::sim::generate::{Level, generate, vary_sensor};
 use limpid::{Config, Error, Result};
@@ -110,7 +110,7 @@ impl<'a> Judge<'a> {
             let path = Path::new(&config.weights);
             std::fs::read(path).map_err(Error::file(path))?.hash(&mut hasher);
         } else {
-            limpid::weights::SHIPPED.hash(&mut hasher);
+            limpid::network::weights::SHIPPED.hash(&mut hasher);
         }
         let settings = format!("{} {config:?} weights {:x}", env!("CARGO_PKG_VERSION"), hasher.finish());
         let (shown, contestants) = (shown::draw_all(arguments)?, contestants(&config));

@@ -3,9 +3,9 @@
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
-use limpid::eval::pairs::file_name;
-use limpid::eval::{picture, shown};
-use limpid::recording::open;
+use limpid::input::open;
+use limpid::offline::eval::pairs::file_name;
+use limpid::offline::eval::{picture, shown};
 use limpid::{Config, Error, Result};
 
 use super::EvalArguments;

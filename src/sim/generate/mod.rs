@@ -14,7 +14,7 @@ pub use random::Random;
 pub use vary::vary_sensor;
 
 use super::scene::Scene;
-use crate::error::{Error, Result};
+use crate::base::{Error, Result};
 
 /// How much glare (spec 1 §8).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, clap::ValueEnum)]

@@ -17,10 +17,10 @@ use super::footprint::{Footprint, Shape, footprints};
 use super::frame::SimFrame;
 use super::scene::Scene;
 use super::walls::is_inside;
-use crate::camera::CameraModel;
+use crate::base::Rigid;
 use crate::config::Config;
-use crate::frame::Grid;
-use crate::geometry::Rigid;
+use crate::map::Grid;
+use crate::sensor::CameraModel;
 
 /// Cell not seen so far, or never to be: behind panes, inside things.
 pub const UNKNOWN: i8 = -1;

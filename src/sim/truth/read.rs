@@ -5,11 +5,12 @@ use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 
-use crate::error::{Error, Result};
-use crate::frame::Grid;
-use crate::recording::image_decode::{color_from_file, read_file};
-use crate::recording::message::ros2::{Header, Image, Pose, Time, decode_cdr};
-use crate::recording::{DepthSamples, McapRecords, Record, Records, depth_from_exr};
+use crate::base::{Error, Result};
+use crate::input::image_decode::{color_from_file, read_file};
+use crate::input::{McapRecords, Record, Records, depth_from_exr};
+use crate::map::Grid;
+use crate::message::ros2::{Header, Image, Pose, Time, decode_cdr};
+use crate::sensor::DepthSamples;
 use crate::sim::scene::Scene;
 
 /// Ground truth of one frame; see [`crate::sim::truth`].

@@ -7,15 +7,15 @@ use std::path::Path;
 use serde_bytes::Bytes;
 
 use super::Recorder;
-use crate::camera::CameraModel;
-use crate::error::Result;
-use crate::frame::Grid;
-use crate::geometry::Rigid;
-use crate::recording::message::ros2::{
+use crate::base::Result;
+use crate::base::Rigid;
+use crate::map::Grid;
+use crate::message::ros2::{
     CameraInfo, Header, Image, Pose, Quaternion, TFMessage, Time, TransformStamped, Vector3,
 };
-use crate::recording::write::message::{MapMetaData, OccupancyGrid, RosString};
-use crate::recording::write::{RosFile, create_file};
+use crate::message::written::{MapMetaData, OccupancyGrid, RosString};
+use crate::output::{RosFile, create_file};
+use crate::sensor::CameraModel;
 use crate::sim::frame::SimFrame;
 use crate::sim::scene::Scene;
 use crate::sim::trajectory::base_from_camera;

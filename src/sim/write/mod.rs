@@ -10,8 +10,8 @@ pub use tum::TumRecorder;
 
 use super::frame::SimFrame;
 use super::scene::Scene;
-use crate::error::Result;
-use crate::frame::Grid;
+use crate::base::Result;
+use crate::map::Grid;
 
 /// Takes simulated frames in their order.
 pub trait Recorder {

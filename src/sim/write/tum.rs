@@ -6,10 +6,10 @@ use std::path::{Path, PathBuf};
 use image::{ExtendedColorType, save_buffer};
 
 use super::Recorder;
-use crate::camera::CameraModel;
-use crate::error::{Error, Result};
-use crate::frame::Grid;
-use crate::recording::write::{create_folder, encode_error, write_exr};
+use crate::base::{Error, Result};
+use crate::map::Grid;
+use crate::output::{create_folder, encode_error, write_exr};
+use crate::sensor::CameraModel;
 use crate::sim::frame::SimFrame;
 use crate::sim::scene::Scene;
 

@@ -1,9 +1,12 @@
 //! Clouds of any layout, in messages of ROS and Foxglove.
 
-use limpid::recording::message::foxglove::{self, PackedElementField, packed_element_field::NumericType};
-use limpid::recording::message::ros2::{Header, PointCloud2};
-use limpid::recording::points::cloud::{from_foxglove, from_ros};
-use limpid::recording::points::{DropReason, Options, Point, ReturnCodes, ReturnType, Scan, Strength};
+use limpid::input::points::Options;
+use limpid::input::points::cloud::{from_foxglove, from_ros};
+use limpid::message::foxglove;
+use limpid::message::foxglove::PackedElementField;
+use limpid::message::foxglove::packed_element_field::NumericType;
+use limpid::message::ros2::{Header, PointCloud2};
+use limpid::sensor::{DropReason, Point, ReturnCodes, ReturnType, Scan, Strength};
 
 use super::make::{Fields, XYZI, cloud, xyzi};
 use super::{read_bytes, read_with, refused};

@@ -1,7 +1,7 @@
 //! Clouds that are refused by name, and points that are left out by reason.
 
-use limpid::recording::message::ros2::PointCloud2;
-use limpid::recording::points::DropReason;
+use limpid::message::ros2::PointCloud2;
+use limpid::sensor::DropReason;
 
 use super::cloud::read;
 use super::make::{XYZI, cloud, xyzi};

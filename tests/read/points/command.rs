@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::process::{Command, Output};
 
-use limpid::recording::points::Options;
+use limpid::input::points::Options;
 
 use super::make::{HDL32E, VLP16, capture, capture_packets, frame, turning};
 use super::read_all;
@@ -45,7 +45,7 @@ fn every_revolution_is_a_ply_file() {
     let (decoded, _) = read_all(input.as_ref(), &Options::default()).unwrap();
     assert_eq!(written.len(), 3);
     for (written, decoded) in written.iter().zip(&decoded) {
-        let values = |points: &[limpid::recording::points::Point]| {
+        let values = |points: &[limpid::sensor::Point]| {
             points.iter().map(|p| (p.position_m(), p.intensity, p.ring, p.time_s)).collect::<Vec<_>>()
         };
         assert!(values(&written.points) == values(&decoded.points));

@@ -1,7 +1,8 @@
 //! PLY and PCD files, one and many.
 
-use limpid::recording::points::{DropReason, Options, Point, ReturnType, Scan, Strength, pcd, ply};
-use limpid::recording::write::save_scan;
+use limpid::input::points::{Options, pcd, ply};
+use limpid::output::save_scan;
+use limpid::sensor::{DropReason, Point, ReturnType, Scan, Strength};
 
 use super::make::{VLP16, lzf_plain, turning};
 use super::velodyne::decode;

@@ -1,12 +1,15 @@
 //! Random and changed input: errors or scans of finite points in bounded memory, never a panic. The targets in `fuzz/` run
 //! the same properties for longer.
 
-use limpid::recording::ReadReport;
-use limpid::recording::message::foxglove::{self, decode_protobuf};
-use limpid::recording::message::ros1;
-use limpid::recording::message::ros2::{PointCloud2, PointField, decode_cdr, encode_cdr};
-use limpid::recording::points::velodyne::{Cut, Decoder, Model, ScanMessage};
-use limpid::recording::points::{Options, Scan, cloud, pcd, ply};
+use limpid::input::ReadReport;
+use limpid::input::points::velodyne::{Cut, Decoder, ScanMessage};
+use limpid::input::points::{Options, cloud, pcd, ply};
+use limpid::message::foxglove;
+use limpid::message::foxglove::decode_protobuf;
+use limpid::message::ros1;
+use limpid::message::ros2::{PointCloud2, PointField, decode_cdr, encode_cdr};
+use limpid::sensor::Scan;
+use limpid::sensor::VelodyneModel as Model;
 use prop::collection::vec;
 use proptest::prelude::*;
 

@@ -2,8 +2,8 @@
 
 use std::time::Duration;
 
-use limpid::recording::message::ros2::{Header, PointCloud2, PointField};
-use limpid::recording::points::velodyne::PACKET_BYTES;
+use limpid::input::points::velodyne::PACKET_BYTES;
+use limpid::message::ros2::{Header, PointCloud2, PointField};
 use pcap_file::pcap::{PcapPacket, PcapWriter};
 
 use crate::read::ros1::{header, u32s};

@@ -13,7 +13,8 @@ mod velodyne;
 
 use std::path::Path;
 
-use limpid::recording::points::{Options, Scan, ScanReport, open};
+use limpid::input::points::{Options, ScanReport, open};
+use limpid::sensor::Scan;
 
 /// All scans of a recording, and what its reader reported.
 fn read_all(path: &Path, options: &Options) -> limpid::Result<(Vec<Scan>, ScanReport)> {

@@ -1,8 +1,10 @@
 //! Which model packets are of, and packets that are refused.
 
-use limpid::recording::ReadReport;
-use limpid::recording::points::velodyne::{Cut, Decoder, Model, Packet};
-use limpid::recording::points::{Options, Scan};
+use limpid::input::ReadReport;
+use limpid::input::points::Options;
+use limpid::input::points::velodyne::{Cut, Decoder, Packet};
+use limpid::sensor::Scan;
+use limpid::sensor::VelodyneModel as Model;
 
 use super::make::{HDL32E, STRONGEST, VLP16, packet, turning};
 use super::refused;

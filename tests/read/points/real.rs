@@ -1,6 +1,7 @@
 //! Real recordings against the figures of other programs (tests/reference/velodyne.py, stored in testdata/reference).
 
-use limpid::recording::points::{Options, ReturnType, Scan, ScanReport};
+use limpid::input::points::{Options, ScanReport};
+use limpid::sensor::{ReturnType, Scan};
 use serde_json::Value;
 
 use super::read_all;
@@ -93,7 +94,7 @@ fn dual_packets_have_the_peers_points_and_slots() {
         // Of the recording: about 160 beams a revolution have two returns, and the last is the farther.
         let of = |slot: ReturnType| scan.points.iter().filter(move |point| point.return_type == slot);
         assert!(of(ReturnType::Last).count() > 250 && of(ReturnType::StrongestOrSecond).count() > 150);
-        let range = |p: &limpid::recording::points::Point| p.position_m().map(|m| m * m).iter().sum::<f32>();
+        let range = |p: &limpid::sensor::Point| p.position_m().map(|m| m * m).iter().sum::<f32>();
         let pairs: Vec<_> = scan
             .points
             .windows(2)

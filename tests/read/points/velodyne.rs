@@ -1,8 +1,10 @@
 //! Velodyne packets against values computed by hand from the manuals.
 
-use limpid::recording::ReadReport;
-use limpid::recording::points::velodyne::{Cut, Decoder, Model};
-use limpid::recording::points::{DropReason, Options, Point, ReturnType, Scan, Strength};
+use limpid::input::ReadReport;
+use limpid::input::points::Options;
+use limpid::input::points::velodyne::{Cut, Decoder};
+use limpid::sensor::VelodyneModel as Model;
+use limpid::sensor::{DropReason, Point, ReturnType, Scan, Strength};
 
 use super::make::{
     DUAL, HDL32E, LAST, STRONGEST, VLP16, VLP32C, capture, capture_packets, frame, packet, scan_message,

@@ -1,0 +1,9 @@
+//! What everything stands on: errors, rigid transforms, time.
+
+mod error;
+mod geometry;
+mod time;
+
+pub use error::{Error, Result};
+pub use geometry::Rigid;
+pub use time::{duration_ns, seconds_between};

@@ -1,0 +1,450 @@
+//! Parameters: flat, with units in their names; read from YAML, checked as a whole. Longer than other files, as it is one list
+//! of keys.
+
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+
+use crate::base::{Error, Result};
+use crate::sensor::ReturnCodes;
+use crate::sensor::VelodyneModel as Model;
+
+mod glass;
+mod lidar;
+mod validate;
+
+pub use lidar::{InflationKernel, LayerMeasure, MAX_TALL_LAYERS, PlaneSource};
+
+/// Every parameter with its default, commented, as YAML.
+pub const EXAMPLE: &str = include_str!("../../testdata/config/limpid.yaml");
+
+/// How depth becomes evidence (spec 1 §4).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[serde(rename_all = "lowercase")]
+pub enum Method {
+    /// `Drm` where frames come with colour and its calibration, else `Range`; a run says which it was.
+    Auto,
+    /// Any depth above 0, weight 1.
+    Naive,
+    /// Depth in `[depth_min_m, range_gate_m]`, weight 1.
+    Range,
+    /// Median of the valid pixels in 5x5, then as naive.
+    Median,
+    /// As naive, but a cell marks only when hit in some of its last observed frames.
+    Temporal,
+    /// Depth in `[depth_min_m, depth_max_m]`, weighted by the reliability that DRM-Net predicts.
+    Drm,
+}
+
+/// What a pixel of reliability R above tau counts (spec 1 §2, §3).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Fusion {
+    /// R, as in the paper.
+    Weight,
+    /// 1.
+    Gate,
+}
+
+/// A transform that the recording lacks, stated by the user: pose of `child` in `parent`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct StaticTransform {
+    /// Parent frame.
+    pub parent: String,
+    /// Child frame.
+    pub child: String,
+    /// x, y, z in metres.
+    pub translation_m: [f64; 3],
+    /// Quaternion x, y, z, w.
+    pub rotation_xyzw: [f64; 4],
+}
+
+/// All parameters of a run. `Config::default()` is what `limpid run` uses without a file.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Config {
+    /// How depth becomes evidence.
+    pub method: Method,
+    /// Weight file of DRM-Net (safetensors), for method drm; empty: the weights that limpid comes with.
+    pub weights: String,
+    /// What a pixel of reliability R above tau counts: R, or 1.
+    pub fusion: Fusion,
+
+    /// Depth image topic; empty: found by message type and name.
+    pub depth_topic: String,
+    /// Calibration topic of the depth image; empty: the one beside the depth topic.
+    pub depth_info_topic: String,
+    /// Colour image topic; empty: found by message type and name.
+    pub color_topic: String,
+    /// Calibration topic of the colour image; empty: the one beside the colour topic.
+    pub color_info_topic: String,
+    /// Confidence image topic (mono8 0..255 or 32FC1 0..1 on the depth grid); empty: none.
+    pub confidence_topic: String,
+    /// Depth image (16-bit PNG, or EXR in metres) of a folder with a still pair; empty: the folder is none.
+    pub depth_file: String,
+    /// Colour image (JPEG or PNG) of a still pair, aligned to depth; empty: none.
+    pub color_file: String,
+    /// Intrinsics of a still pair, row-major 3x3, pixels.
+    pub camera_matrix: [f64; 9],
+    /// Odometry topic used instead of tf for `map_frame` from `base_frame`; empty: tf.
+    pub odometry_topic: String,
+    /// Fixed frame of the costmap (REP 105: map or odom).
+    pub map_frame: String,
+    /// Robot base frame.
+    pub base_frame: String,
+    /// Optical frame of the depth camera; empty: the image's own `frame_id`.
+    pub camera_frame: String,
+    /// Transforms that the recording lacks.
+    pub static_transforms: Vec<StaticTransform>,
+    /// Largest difference of the stamps of a colour and a depth image that belong together, seconds.
+    pub pair_tolerance_s: f64,
+    /// How far past the newest transform a stamp may lie and still take it, seconds.
+    pub transform_tolerance_s: f64,
+    /// Metres per count of integer depth images (0.001: millimetres).
+    pub depth_unit_m: f64,
+
+    /// Height of the ground in the map frame, metres.
+    pub ground_z_m: f64,
+    /// Smallest depth taken as measured, metres (all methods but naive, median and temporal).
+    pub depth_min_m: f64,
+    /// Largest depth taken as measured, metres (same methods).
+    pub depth_max_m: f64,
+    /// Largest depth that range gating lets through, metres.
+    pub range_gate_m: f64,
+    /// Largest horizontal distance from the camera at which cells are marked and cleared, metres.
+    pub mark_range_m: f64,
+    /// Lower edge of the obstacle height band above the ground, metres.
+    pub height_min_m: f64,
+    /// Upper edge of the obstacle height band above the ground, metres.
+    pub height_max_m: f64,
+
+    /// Side of the rolling map, metres.
+    pub map_size_m: f64,
+    /// Side of a cell, metres.
+    pub resolution_m: f64,
+    /// tau: pixels of weight up to this neither mark nor clear.
+    pub tau: f64,
+    /// lambda: share of the old occupancy kept by an observation.
+    pub lambda: f64,
+    /// Use lambda^(dt 30 Hz) in place of lambda, so that forgetting does not depend on the frame rate.
+    pub rate_independent: bool,
+    /// Occupancy at which a cell becomes occupied.
+    pub occupied_threshold: f64,
+    /// Occupancy under which a cell stops being occupied and may become free.
+    pub free_threshold: f64,
+    /// K: consecutive observed frames with hits before a cell may become occupied.
+    pub confirmations: u32,
+    /// Pixels that a cell needs in one frame to count as hit.
+    pub min_hits: u32,
+    /// Temporal rejection: how many of the last observed frames are looked at (1..=16).
+    pub temporal_window: u32,
+    /// Temporal rejection: in how many of them a cell must be hit to mark.
+    pub temporal_hits: u32,
+
+    /// Distance from an obstacle up to which costs reach, metres.
+    pub inflation_radius_m: f64,
+    /// Radius of the robot's inscribed circle, metres.
+    pub inscribed_radius_m: f64,
+    /// How fast costs fall with distance, 1/m.
+    pub cost_scaling_factor: f64,
+    /// Share of low-reliability pixels above which a frame is DEGRADED.
+    pub degraded_fraction: f64,
+    /// The cloud of trusted points holds every n-th pixel along rows and columns; 0: no cloud is written.
+    pub cloud_stride: u32,
+
+    /// Topic with lidar scans; empty: found by message type, packets before clouds.
+    pub scan_topic: String,
+    /// Model of a Velodyne sensor; none: from the packets.
+    pub velodyne_model: Option<Model>,
+    /// Meaning of the numbers in a cloud's `return_type` field.
+    pub return_codes: ReturnCodes,
+    /// Frame of the lidar; empty: the scan's own `frame_id`.
+    pub lidar_frame: String,
+    /// Topic with the robot's goal (`geometry_msgs/PoseStamped`); empty: none.
+    pub goal_topic: String,
+    /// The goal, x and y in the map frame, metres, until one comes on the topic; empty: straight ahead.
+    pub goal_m: Vec<f64>,
+    /// Side of the lidar map, metres.
+    pub scan_map_size_m: f64,
+    /// g: side of a cell of the lidar map, metres.
+    pub scan_resolution_m: f64,
+    /// Whether the points of a revolution are placed by the pose at their own times.
+    pub deskew: bool,
+    /// Speed from one scan to the next above which the lidar's pose counts as having jumped, m/s; 0: none does.
+    pub pose_jump_m_s: f64,
+    /// Rate of turning above which it does, degrees per second; 0: none does.
+    pub pose_jump_deg_s: f64,
+    /// R: intensity of full scale, in the sensor's unit; 0: `intensity_percentile` of the first scan.
+    pub intensity_full_scale: f64,
+    /// Percentile of the first scan's intensities that is taken as full scale.
+    pub intensity_percentile: f64,
+    /// Bounds of the tall layers above the sensor, ascending, metres: one layer between two.
+    pub layer_heights_m: Vec<f64>,
+    /// Where the planes z = 0 and z = -epsilon come from.
+    pub plane_source: PlaneSource,
+    /// epsilon: depth of the lower plane below the sensor where slabs are taken, metres.
+    pub plane_below_m: f64,
+    /// Half the thickness of these slabs, metres.
+    pub plane_half_thickness_m: f64,
+    /// What a layer's value is made of.
+    pub layer_measure: LayerMeasure,
+    /// Angle between two firings, degrees, for the expected number of beams.
+    pub azimuth_step_deg: f64,
+    /// Angle between two rings, degrees, for the same.
+    pub elevation_step_deg: f64,
+    /// The lowest and the highest ring, degrees above the horizontal, for the same.
+    pub elevation_range_deg: [f64; 2],
+    /// Returns under which a cell stays undecided (unknown).
+    pub min_returns: u32,
+    /// Gamma: a cell none of whose layers is above it is passable; in the unit of `layer_measure`.
+    pub gamma: f64,
+    /// Excess of the plane z = 0 over the plane below it from which a cell counts as transparent; same unit.
+    pub transparent_threshold: f64,
+    /// Time in which a transparent cell's value falls to 1/e, seconds; 0: never.
+    pub transparent_decay_s: f64,
+    /// Share of full scale from which a return clears the transparent cells before it; 0: never.
+    pub transparent_clear: f64,
+    /// Shape of the inflation of solid and transparent cells.
+    pub inflation_kernel: InflationKernel,
+    /// How far it reaches, metres.
+    pub inflation_length_m: f64,
+    /// Cells on each side of the line along the goal's direction.
+    pub inflation_padding_cells: u32,
+    /// How far it reaches in all other directions, metres.
+    pub inflation_side_m: f64,
+    /// Cost of a passable cell, 0 to 252.
+    pub passable_cost: u32,
+
+    /// Whether panes of glass are searched for in lidar scans (spec 3).
+    pub glass: bool,
+    /// Whether panes are kept from scan to scan.
+    pub glass_memory: bool,
+    /// YAML file with panes to begin with; empty: none.
+    pub glass_panes: String,
+    /// Seed of the draws of hypotheses.
+    pub glass_seed: u32,
+    /// Hypotheses for each plane, 32 to 512.
+    pub glass_hypotheses: u32,
+    /// Returns of a beam differ when they are farther apart than this, metres.
+    pub glass_return_gap_m: f64,
+    /// Candidates that a pane needs in one scan.
+    pub glass_min_inliers: u32,
+    /// Beams that must go on behind a pane.
+    pub glass_min_behind: u32,
+    /// Distance from a plane at which a candidate fits it, metres.
+    pub glass_fit_tolerance_m: f64,
+    /// Distance from a pane's plane at which a return lies on it, metres.
+    pub glass_plane_tolerance_m: f64,
+    /// Difference of ranges at which a mirrored and a measured surface are one, metres.
+    pub glass_match_m: f64,
+    /// Its growth per metre of range.
+    pub glass_match_per_m: f64,
+    /// Angle within which mirrored surfaces count as around a beam, degrees.
+    pub glass_slack_deg: f64,
+    /// How many times brighter than the lower quartile of its candidates a return on a pane is frame and no glass.
+    pub glass_bright_ratio: f64,
+    /// Angle from head on within which glass shines as bright as anything, degrees.
+    pub glass_lobe_deg: f64,
+    /// Angle from head on within which glass always returns a beam, degrees.
+    pub glass_visible_deg: f64,
+}
+
+impl Default for Config {
+    #[expect(clippy::too_many_lines, reason = "a line for each parameter")]
+    fn default() -> Self {
+        Self {
+            method: Method::Auto,
+            weights: String::new(),
+            fusion: Fusion::Weight,
+            depth_topic: String::new(),
+            depth_info_topic: String::new(),
+            color_topic: String::new(),
+            color_info_topic: String::new(),
+            confidence_topic: String::new(),
+            depth_file: String::new(),
+            color_file: String::new(),
+            camera_matrix: [0.0; 9],
+            odometry_topic: String::new(),
+            map_frame: "map".into(),
+            base_frame: "base_link".into(),
+            camera_frame: String::new(),
+            static_transforms: Vec::new(),
+            pair_tolerance_s: 0.02,
+            transform_tolerance_s: 0.0,
+            depth_unit_m: 0.001,
+            ground_z_m: 0.0,
+            depth_min_m: 0.17,
+            depth_max_m: 10.0,
+            range_gate_m: 5.0,
+            mark_range_m: 5.0,
+            height_min_m: 0.1,
+            height_max_m: 2.0,
+            map_size_m: 12.0,
+            resolution_m: 0.05,
+            tau: 0.3,
+            lambda: 0.85,
+            rate_independent: false,
+            occupied_threshold: 0.7,
+            free_threshold: 0.5,
+            confirmations: 1,
+            min_hits: 1,
+            temporal_window: 5,
+            temporal_hits: 3,
+            inflation_radius_m: 0.55,
+            inscribed_radius_m: 0.1,
+            cost_scaling_factor: 10.0,
+            degraded_fraction: 0.5,
+            cloud_stride: 2,
+            scan_topic: String::new(),
+            velodyne_model: None,
+            return_codes: ReturnCodes::FirstLast,
+            lidar_frame: String::new(),
+            goal_topic: String::new(),
+            goal_m: Vec::new(),
+            scan_map_size_m: 20.0,
+            scan_resolution_m: 0.1,
+            deskew: true,
+            pose_jump_m_s: 10.0,
+            pose_jump_deg_s: 360.0,
+            intensity_full_scale: 255.0,
+            intensity_percentile: 99.0,
+            layer_heights_m: vec![-0.5, 0.0, 0.5],
+            plane_source: PlaneSource::Auto,
+            plane_below_m: 0.15,
+            plane_half_thickness_m: 0.05,
+            layer_measure: LayerMeasure::Mean,
+            azimuth_step_deg: 0.0,
+            elevation_step_deg: 0.0,
+            elevation_range_deg: [0.0, 0.0],
+            min_returns: 1,
+            gamma: 0.5,
+            transparent_threshold: 0.1,
+            transparent_decay_s: 0.0,
+            transparent_clear: 0.0,
+            inflation_kernel: InflationKernel::Adaptive,
+            inflation_length_m: 0.8,
+            inflation_padding_cells: 1,
+            inflation_side_m: 0.2,
+            passable_cost: 50,
+            glass: false,
+            glass_memory: true,
+            glass_panes: String::new(),
+            glass_seed: 1,
+            glass_hypotheses: 256,
+            glass_return_gap_m: 0.1,
+            glass_min_inliers: 40,
+            glass_min_behind: 20,
+            glass_fit_tolerance_m: 0.08,
+            glass_plane_tolerance_m: 0.15,
+            glass_match_m: 0.25,
+            glass_match_per_m: 0.02,
+            glass_slack_deg: 3.0,
+            glass_bright_ratio: 3.0,
+            glass_lobe_deg: 8.0,
+            glass_visible_deg: 16.0,
+        }
+    }
+}
+
+/// The ROS 2 parameter file shape around the same keys.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct NodeFile {
+    limpid: NodeParameters,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct NodeParameters {
+    #[serde(rename = "ros__parameters")]
+    ros_parameters: Config,
+}
+
+impl Config {
+    /// Reads a YAML file; see [`Config::from_yaml`].
+    ///
+    /// # Errors
+    /// As [`Config::from_yaml`], and [`Error::File`].
+    pub fn read(path: &Path) -> Result<Self> {
+        let text = std::fs::read_to_string(path).map_err(Error::file(path))?;
+        Self::from_yaml(&text)
+    }
+
+    /// From YAML text: the keys at the top level, or under `limpid: ros__parameters:` as ROS 2
+    /// parameter files have them. Missing keys keep their defaults.
+    ///
+    /// # Errors
+    /// [`Error::Yaml`] with line, column and snippet; it names unknown keys and the nearest known
+    /// one. [`Error::Config`] from [`Config::validate`].
+    pub fn from_yaml(text: &str) -> Result<Self> {
+        let wrapped = text.lines().any(|line| line.trim_end() == "limpid:");
+        let config = if text.lines().all(|line| line.trim().is_empty() || line.trim().starts_with('#')) {
+            Self::default()
+        } else if wrapped {
+            serde_saphyr::from_str::<NodeFile>(text).map_err(yaml_error)?.limpid.ros_parameters
+        } else {
+            serde_saphyr::from_str(text).map_err(yaml_error)?
+        };
+        config.validate()?;
+        Ok(config)
+    }
+
+    /// With a method in place of [`Method::Auto`]: drm where there is colour, else range.
+    pub fn resolved(&self, has_color: bool) -> Self {
+        let method = match self.method {
+            Method::Auto if has_color => Method::Drm,
+            Method::Auto => Method::Range,
+            stated => stated,
+        };
+        Self { method, ..self.clone() }
+    }
+
+    /// Cells along one side of the map.
+    ///
+    /// # Errors
+    /// [`Error::Config`] where size and resolution give fewer than 8 or more than 4096 cells.
+    pub fn cells_per_side(&self) -> Result<u32> {
+        cells("map_size_m", self.map_size_m, self.resolution_m)
+    }
+}
+
+/// Cells of `resolution_m` along `size_m`.
+fn cells(key: &str, size_m: f64, resolution_m: f64) -> Result<u32> {
+    let cells = (size_m / resolution_m).round();
+    if !(8.0..=4096.0).contains(&cells) {
+        let reason = format!(
+            "{size_m} m at {resolution_m} m a cell gives {cells} cells a side; 8 to 4096 are supported"
+        );
+        return Err(bad_key(key, reason));
+    }
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "checked to lie in 8..=4096")]
+    Ok(cells as u32)
+}
+
+pub(crate) fn bad_key(key: &str, reason: String) -> Error {
+    Error::Config { key: key.into(), reason }
+}
+
+/// serde's text plus, for an unknown key, the known one that is nearest.
+fn yaml_error(error: serde_saphyr::Error) -> Error {
+    let text = error.to_string();
+    let unknown = text.split("unknown field `").nth(1).and_then(|rest| rest.split('`').next());
+    let nearest = unknown.and_then(|key| {
+        known_keys()
+            .into_iter()
+            .map(|known| (strsim::jaro_winkler(key, &known), known))
+            .max_by(|a, b| a.0.total_cmp(&b.0))
+    });
+    Error::Yaml(match nearest {
+        Some((_, known)) => format!("{text}\nhelp: the nearest key is `{known}`"),
+        None => text,
+    })
+}
+
+fn known_keys() -> Vec<String> {
+    match serde_json::to_value(Config::default()) {
+        Ok(serde_json::Value::Object(map)) => map.keys().cloned().collect(),
+        _ => Vec::new(),
+    }
+}

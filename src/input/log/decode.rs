@@ -1,0 +1,124 @@
+//! Messages of the topics that are read, to events.
+
+use crate::base::Result;
+use crate::base::Rigid;
+use crate::input::event::{Event, TransformEvent};
+use crate::input::image_message::ImageMessage;
+use crate::input::log::topics::{Kind, Wire};
+use crate::message::{bare_frame, decode_error, foxglove, ros2};
+use crate::sensor::{CameraModel, Distortion};
+
+/// An image message of any of the supported types, in `frame_id` where it does not say so itself.
+pub(super) fn image(kind: Kind, frame_id: Option<&str>, payload: &[u8]) -> Result<ImageMessage> {
+    let mut image = match kind {
+        Kind::RosImage(wire) => ImageMessage::from_ros_raw(wire.decode("sensor_msgs/Image", payload)?),
+        Kind::RosCompressedImage(wire) => {
+            ImageMessage::from_ros_compressed(wire.decode("sensor_msgs/CompressedImage", payload)?)
+        }
+        Kind::FoxgloveRawImage => ImageMessage::from_foxglove_raw(payload),
+        Kind::FoxgloveCompressedImage => ImageMessage::from_foxglove_compressed(payload),
+        _ => Err(decode_error("image", "the topic holds another type")),
+    }?;
+    if let Some(frame_id) = frame_id {
+        image.frame_id = frame_id.into();
+    }
+    Ok(image)
+}
+
+/// A calibration message, in `frame_id` where it does not say so itself; what is wrong with its numbers
+/// is part of the event.
+pub(super) fn calibration(kind: Kind, topic: &str, frame_id: Option<&str>, payload: &[u8]) -> Result<Event> {
+    let (stamp_ns, own_frame_id, camera) = match kind {
+        Kind::RosCameraInfo(wire) => {
+            let info: ros2::CameraInfo = wire.decode("sensor_msgs/CameraInfo", payload)?;
+            let camera = camera_model([info.width, info.height], &info.k, &info.distortion_model, &info.d);
+            (info.header.stamp.stamp_ns()?, bare_frame(info.header.frame_id), camera)
+        }
+        Kind::FoxgloveCalibration => {
+            let info: foxglove::CameraCalibration =
+                foxglove::decode_protobuf("foxglove.CameraCalibration", payload)?;
+            let camera = camera_model([info.width, info.height], &info.k, &info.distortion_model, &info.d);
+            (foxglove::stamp_ns(info.timestamp)?, info.frame_id, camera)
+        }
+        _ => return Err(decode_error("calibration", "the topic holds another type")),
+    };
+    let frame_id = frame_id.map_or(own_frame_id, Into::into);
+    Ok(Event::Calibration { topic: topic.into(), stamp_ns, frame_id, camera })
+}
+
+fn camera_model([width, height]: [u32; 2], k: &[f64], model: &str, d: &[f64]) -> Result<CameraModel> {
+    let &[fx, _, cx, _, fy, cy, _, _, _] = k else {
+        return Err(decode_error("camera intrinsics", format!("K has {} numbers in place of 9", k.len())));
+    };
+    let distortion = Distortion::from_ros(model, d)?;
+    CameraModel { width, height, fx, fy, cx, cy, distortion }.validate()
+}
+
+/// The transforms of a message; `fixed` those of `/tf_static`.
+pub(super) fn transforms(kind: Kind, fixed: bool, payload: &[u8]) -> Result<Vec<TransformEvent>> {
+    match kind {
+        Kind::RosTransforms(wire) => {
+            let message: ros2::TFMessage = wire.decode("tf2_msgs/TFMessage", payload)?;
+            message.transforms.into_iter().map(|transform| ros_transform(transform, fixed)).collect()
+        }
+        Kind::FoxgloveTransform => {
+            let message = foxglove::decode_protobuf("foxglove.FrameTransform", payload)?;
+            Ok(vec![foxglove_transform(message, fixed)?])
+        }
+        Kind::FoxgloveTransforms => {
+            let message: foxglove::FrameTransforms =
+                foxglove::decode_protobuf("foxglove.FrameTransforms", payload)?;
+            message.transforms.into_iter().map(|transform| foxglove_transform(transform, fixed)).collect()
+        }
+        _ => Err(decode_error("transforms", "the topic holds another type")),
+    }
+}
+
+fn ros_transform(message: ros2::TransformStamped, fixed: bool) -> Result<TransformEvent> {
+    Ok(TransformEvent {
+        stamp_ns: if fixed { 0 } else { message.header.stamp.stamp_ns()? },
+        parent: bare_frame(message.header.frame_id),
+        child: bare_frame(message.child_frame_id),
+        fixed,
+        parent_from_child: rigid(message.transform.translation, message.transform.rotation),
+    })
+}
+
+fn foxglove_transform(message: foxglove::FrameTransform, fixed: bool) -> Result<TransformEvent> {
+    let t = message.translation.unwrap_or_default();
+    let parent_from_child = message.rotation.and_then(|q| Rigid::new([t.x, t.y, t.z], [q.x, q.y, q.z, q.w]));
+    Ok(TransformEvent {
+        stamp_ns: if fixed { 0 } else { foxglove::stamp_ns(message.timestamp)? },
+        parent: message.parent_frame_id,
+        child: message.child_frame_id,
+        fixed,
+        parent_from_child,
+    })
+}
+
+/// The pose of an odometry message, as a transform.
+pub(super) fn odometry(kind: Kind, payload: &[u8]) -> Result<TransformEvent> {
+    let Kind::RosOdometry(wire) = kind else {
+        return Err(decode_error("odometry", "the topic holds another type"));
+    };
+    let message: ros2::OdometryPose = wire.decode("nav_msgs/Odometry", payload)?;
+    let pose = message.pose.pose;
+    Ok(TransformEvent {
+        stamp_ns: message.header.stamp.stamp_ns()?,
+        parent: bare_frame(message.header.frame_id),
+        child: bare_frame(message.child_frame_id),
+        fixed: false,
+        parent_from_child: rigid(pose.position, pose.orientation),
+    })
+}
+
+/// A transform without frames.
+pub(super) fn transform(wire: Wire, payload: &[u8]) -> Result<Rigid> {
+    let message: ros2::Transform = wire.decode("geometry_msgs/Transform", payload)?;
+    rigid(message.translation, message.rotation)
+        .ok_or_else(|| decode_error("geometry_msgs/Transform", "it is not finite or has no rotation"))
+}
+
+fn rigid(t: ros2::Vector3, q: ros2::Quaternion) -> Option<Rigid> {
+    Rigid::new([t.x, t.y, t.z], [q.x, q.y, q.z, q.w])
+}

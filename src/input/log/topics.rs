@@ -1,0 +1,341 @@
+//! Which channels of a recording are what: by configuration, else by message type and name.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use serde::de::DeserializeOwned;
+
+use crate::base::{Error, Result};
+use crate::config::Config;
+use crate::input::log::records::Record;
+use crate::message::{ros1, ros2};
+
+/// How ROS messages are written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Wire {
+    Cdr,
+    Ros1,
+}
+
+impl Wire {
+    /// The message in a payload of type `what`.
+    pub(super) fn decode<T: DeserializeOwned>(self, what: &str, payload: &[u8]) -> Result<T> {
+        match self {
+            Self::Cdr => ros2::decode_cdr(what, payload),
+            Self::Ros1 => ros1::decode(what, payload),
+        }
+    }
+}
+
+/// The message types that are read.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Kind {
+    RosImage(Wire),
+    RosCompressedImage(Wire),
+    RosCameraInfo(Wire),
+    RosTransforms(Wire),
+    RosOdometry(Wire),
+    RosPoseStamped(Wire),
+    /// A transform without frames and stamp, and a number: both only of the RealSense SDK.
+    RosTransform(Wire),
+    RosFloat(Wire),
+    FoxgloveRawImage,
+    FoxgloveCompressedImage,
+    FoxgloveCalibration,
+    FoxgloveTransform,
+    FoxgloveTransforms,
+    RosPointCloud(Wire),
+    FoxglovePointCloud,
+    VelodyneScan(Wire),
+}
+
+impl Kind {
+    fn of(message_encoding: &str, schema: &str) -> Option<Self> {
+        match message_encoding {
+            "cdr" => Self::of_ros(Wire::Cdr, &schema.replace("/msg/", "/")),
+            "ros1" => Self::of_ros(Wire::Ros1, schema),
+            "protobuf" => Some(match schema {
+                "foxglove.RawImage" => Self::FoxgloveRawImage,
+                "foxglove.CompressedImage" => Self::FoxgloveCompressedImage,
+                "foxglove.CameraCalibration" => Self::FoxgloveCalibration,
+                "foxglove.FrameTransform" => Self::FoxgloveTransform,
+                "foxglove.FrameTransforms" => Self::FoxgloveTransforms,
+                "foxglove.PointCloud" => Self::FoxglovePointCloud,
+                _ => return None,
+            }),
+            _ => None,
+        }
+    }
+
+    fn of_ros(wire: Wire, schema: &str) -> Option<Self> {
+        Some(match schema {
+            "sensor_msgs/Image" => Self::RosImage(wire),
+            "sensor_msgs/CompressedImage" => Self::RosCompressedImage(wire),
+            "sensor_msgs/CameraInfo" => Self::RosCameraInfo(wire),
+            "tf2_msgs/TFMessage" | "tf/tfMessage" => Self::RosTransforms(wire),
+            "nav_msgs/Odometry" => Self::RosOdometry(wire),
+            "geometry_msgs/PoseStamped" => Self::RosPoseStamped(wire),
+            "geometry_msgs/Transform" => Self::RosTransform(wire),
+            "std_msgs/Float32" => Self::RosFloat(wire),
+            "sensor_msgs/PointCloud2" => Self::RosPointCloud(wire),
+            "velodyne_msgs/VelodyneScan" => Self::VelodyneScan(wire),
+            _ => return None,
+        })
+    }
+
+    fn is_raw_image(self) -> bool {
+        matches!(self, Self::RosImage(_) | Self::FoxgloveRawImage)
+    }
+
+    fn is_image(self) -> bool {
+        self.is_raw_image() || matches!(self, Self::RosCompressedImage(_) | Self::FoxgloveCompressedImage)
+    }
+
+    pub(super) fn is_calibration(self) -> bool {
+        matches!(self, Self::RosCameraInfo(_) | Self::FoxgloveCalibration)
+    }
+
+    pub(super) fn is_scan(self) -> bool {
+        matches!(self, Self::RosPointCloud(_) | Self::FoxglovePointCloud | Self::VelodyneScan(_))
+    }
+
+    pub(super) fn is_transforms(self) -> bool {
+        matches!(self, Self::RosTransforms(_) | Self::FoxgloveTransform | Self::FoxgloveTransforms)
+    }
+}
+
+/// A channel, its message type where it is one that is read.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Channel {
+    pub(super) topic: String,
+    pub(super) kind: Option<Kind>,
+    /// Schema and message encoding, for messages to the user.
+    type_name: String,
+    /// Where the summary says how many.
+    messages: Option<u64>,
+}
+
+impl Channel {
+    fn new(topic: String, message_encoding: &str, schema: &str) -> Self {
+        let type_name = format!("{schema} ({message_encoding})");
+        Self { topic, kind: Kind::of(message_encoding, schema), type_name, messages: None }
+    }
+}
+
+/// The channels of a recording.
+#[derive(Debug, Default)]
+pub(super) struct Channels {
+    schemas: BTreeMap<u16, String>,
+    by_id: BTreeMap<u32, Channel>,
+}
+
+impl Channels {
+    /// Takes what a record says about channels.
+    pub(super) fn learn(&mut self, record: Record) {
+        match record {
+            Record::Schema { id, name } => {
+                self.schemas.insert(id, name);
+            }
+            Record::Channel { id, schema_id, topic, message_encoding } => {
+                let schema = self.schemas.get(&schema_id).map_or("", String::as_str);
+                let channel = Channel::new(topic, &message_encoding, schema);
+                self.by_id.entry(id).or_insert(channel);
+            }
+            Record::Connection { id, topic, type_name } => {
+                self.by_id.entry(id).or_insert_with(|| Channel::new(topic, "ros1", &type_name));
+            }
+            Record::Statistics { message_counts } => {
+                for channel in self.by_id.values_mut() {
+                    channel.messages = Some(0);
+                }
+                for (id, count) in message_counts {
+                    if let Some(channel) = self.by_id.get_mut(&id) {
+                        channel.messages = Some(count);
+                    }
+                }
+            }
+            Record::Message { .. } => {}
+        }
+    }
+
+    pub(super) fn get(&self, id: u32) -> Option<&Channel> {
+        self.by_id.get(&id)
+    }
+
+    pub(super) fn is_empty(&self) -> bool {
+        self.by_id.is_empty()
+    }
+
+    /// How many messages the summary says a topic has.
+    pub(super) fn messages(&self, topic: &str) -> Option<u64> {
+        self.by_id.values().filter(|channel| channel.topic == topic).map(|channel| channel.messages).sum()
+    }
+
+    /// Channels of a kind, those known to be empty left out.
+    pub(super) fn of_kind(&self, is: impl Fn(Kind) -> bool) -> impl Iterator<Item = &Channel> {
+        self.by_id.values().filter(move |c| c.kind.is_some_and(&is) && c.messages != Some(0))
+    }
+
+    pub(super) fn has_transforms(&self) -> bool {
+        self.of_kind(|kind| kind.is_transforms()).next().is_some()
+    }
+
+    /// The configured topic, if it is there and of the right kind; `None` where none is configured.
+    pub(super) fn configured(
+        &self,
+        path: &Path,
+        key: &str,
+        topic: &str,
+        is: impl Fn(Kind) -> bool,
+    ) -> Result<Option<String>> {
+        if topic.is_empty() {
+            return Ok(None);
+        }
+        match self.by_id.values().find(|channel| channel.topic == topic) {
+            Some(channel) if channel.kind.is_some_and(&is) => Ok(Some(topic.into())),
+            Some(channel) => Err(Error::Config {
+                key: key.into(),
+                reason: format!("`{topic}` holds {}, which is not read here", channel.type_name),
+            }),
+            None => {
+                let near = self.near(topic, &is);
+                let reason = format!("{} has no topic `{topic}`; {near}", path.display());
+                Err(Error::Config { key: key.into(), reason })
+            }
+        }
+    }
+
+    /// The topics of a kind nearest to a name.
+    fn near(&self, topic: &str, is: &impl Fn(Kind) -> bool) -> String {
+        let mut names: Vec<&str> = self.of_kind(is).map(|channel| channel.topic.as_str()).collect();
+        if names.is_empty() {
+            return "it has none of the right type".into();
+        }
+        names.sort_by(|a, b| {
+            strsim::jaro_winkler(topic, b).total_cmp(&strsim::jaro_winkler(topic, a)).then(a.cmp(b))
+        });
+        names.truncate(3);
+        format!("the nearest of the right type: {}", names.join(", "))
+    }
+
+    fn listing(&self) -> String {
+        let all: Vec<String> =
+            self.by_id.values().take(40).map(|c| format!("{} {}", c.topic, c.type_name)).collect();
+        if all.is_empty() { "it has no topics".into() } else { format!("its topics are: {}", all.join(", ")) }
+    }
+}
+
+/// The topics that are read.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Topics {
+    pub(super) depth: String,
+    pub(super) depth_info: Option<String>,
+    pub(super) color: Option<String>,
+    pub(super) color_info: Option<String>,
+    pub(super) confidence: Option<String>,
+    pub(super) odometry: Option<String>,
+}
+
+impl Topics {
+    /// # Errors
+    /// [`Error::Config`] for a configured topic that is absent or of another type; [`Error::Format`]
+    /// where no depth or no calibration topic is found.
+    pub(super) fn choose(channels: &Channels, config: &Config, path: &Path) -> Result<Self> {
+        let image = |key, topic: &str| channels.configured(path, key, topic, Kind::is_image);
+        let info = |key, topic: &str| channels.configured(path, key, topic, Kind::is_calibration);
+        let depth = image("depth_topic", &config.depth_topic)?
+            .or_else(|| find_depth(channels))
+            .ok_or_else(|| missing(path, "depth image", "depth_topic", channels))?;
+        let color = image("color_topic", &config.color_topic)?.or_else(|| find_color(channels, &depth));
+        let depth_info =
+            info("depth_info_topic", &config.depth_info_topic)?.or_else(|| sibling_info(channels, &depth));
+        if depth_info.is_none() && channels.of_kind(Kind::is_calibration).next().is_none() {
+            return Err(missing(path, "calibration", "depth_info_topic", channels));
+        }
+        let color_info = info("color_info_topic", &config.color_info_topic)?
+            .or_else(|| color.as_ref().and_then(|color| sibling_info(channels, color)));
+        Ok(Self {
+            depth,
+            depth_info,
+            color,
+            color_info,
+            confidence: image("confidence_topic", &config.confidence_topic)?,
+            odometry: channels.configured(path, "odometry_topic", &config.odometry_topic, |kind| {
+                matches!(kind, Kind::RosOdometry(_))
+            })?,
+        })
+    }
+
+    /// One line for the report.
+    pub(super) fn note(&self) -> String {
+        let or = |topic: &Option<String>, other: &str| topic.clone().unwrap_or_else(|| other.into());
+        format!(
+            "topics: depth {} with calibration {}, colour {} with calibration {}, confidence {}, poses {}",
+            self.depth,
+            or(&self.depth_info, "by frame"),
+            or(&self.color, "none"),
+            if self.color.is_some() { or(&self.color_info, "by frame") } else { "none".into() },
+            or(&self.confidence, "none"),
+            or(&self.odometry, "from tf"),
+        )
+    }
+}
+
+pub(super) fn missing(path: &Path, what: &str, key: &str, channels: &Channels) -> Error {
+    let reason = format!(
+        "holds no {what} that is recognised by type and name; set `{key}` if there is one ({})",
+        channels.listing()
+    );
+    Error::Format { path: path.into(), reason }
+}
+
+/// Raw images before packed ones, those aligned to colour before others, then by name.
+pub(super) fn find_depth(channels: &Channels) -> Option<String> {
+    let rank = |channel: &Channel| {
+        let packed = !channel.kind.is_some_and(Kind::is_raw_image);
+        let lossy = packed && !channel.topic.contains("compressedDepth");
+        (!channel.topic.contains("aligned_depth_to_color"), packed, lossy)
+    };
+    let named = |channel: &&Channel| {
+        // Image transports may offer `compressedDepth` of colour too.
+        let topic = channel.topic.to_lowercase();
+        let camera = topic.trim_end_matches("/compresseddepth");
+        camera.contains("depth") && !camera.contains("confidence")
+    };
+    let found = channels.of_kind(Kind::is_image).filter(named);
+    found.min_by_key(|channel| (rank(channel), channel.topic.clone())).map(|channel| channel.topic.clone())
+}
+
+/// Topics that say colour before those that merely say image, nearest in the tree of names to depth,
+/// raw images before packed ones.
+fn find_color(channels: &Channels, depth: &str) -> Option<String> {
+    let named = |channel: &&Channel| {
+        let topic = channel.topic.to_lowercase();
+        ["color", "colour", "rgb", "image"].iter().any(|word| topic.contains(word))
+            && !["depth", "infra", "confidence"].iter().any(|word| topic.contains(word))
+    };
+    let rank = |channel: &Channel| {
+        let topic = channel.topic.to_lowercase();
+        let vague = !["color", "colour", "rgb"].iter().any(|word| topic.contains(word));
+        let shared = channel.topic.split('/').zip(depth.split('/')).take_while(|(a, b)| a == b).count();
+        (vague, usize::MAX - shared, !channel.kind.is_some_and(Kind::is_raw_image))
+    };
+    let found = channels.of_kind(Kind::is_image).filter(named);
+    found.min_by_key(|channel| (rank(channel), channel.topic.clone())).map(|channel| channel.topic.clone())
+}
+
+/// `camera_info` in the namespace of an image topic (`/ns/image_raw`, `/ns/image_raw/compressed`), or
+/// `info/camera_info` there, as the RealSense SDK has it (`/ns/image/data`).
+fn sibling_info(channels: &Channels, image: &str) -> Option<String> {
+    let mut namespace = image;
+    for _ in 0..2 {
+        namespace = namespace.rsplit_once('/')?.0;
+        for name in ["camera_info", "info/camera_info"] {
+            let wanted = format!("{namespace}/{name}");
+            if channels.of_kind(Kind::is_calibration).any(|channel| channel.topic == wanted) {
+                return Some(wanted);
+            }
+        }
+    }
+    None
+}

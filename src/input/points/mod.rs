@@ -1,0 +1,79 @@
+//! Lidar scans in: `PointCloud2`, Foxglove point clouds, Velodyne packets (messages and pcap), PLY and PCD, one scan
+//! at a time.
+//!
+//! [`open`] finds the reader by a file's content. The decoders below it take bytes and give values: [`cloud`],
+//! [`pcd`], [`ply`] and [`velodyne`].
+
+pub mod cloud;
+mod fields;
+mod files;
+mod lzf;
+mod open;
+mod pcap;
+pub mod pcd;
+pub mod ply;
+mod table;
+pub mod velodyne;
+
+use crate::base::Result;
+use crate::input::ReadReport;
+pub use crate::input::log::LogScans;
+pub use crate::input::points::files::FileScans;
+pub use crate::input::points::open::open;
+pub use crate::input::points::pcap::PcapScans;
+use crate::sensor::{Dropped, ReturnCodes, Scan, VelodyneModel};
+
+/// How scans are read.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Options {
+    /// Topic in an MCAP file or a bag; `None`: found by message type, packets before clouds.
+    pub topic: Option<String>,
+    /// Model of a Velodyne sensor; `None`: from the packets.
+    pub model: Option<VelodyneModel>,
+    /// Meaning of the numbers in a cloud's `return_type` field.
+    pub return_codes: ReturnCodes,
+}
+
+/// What a reader of scans met, complete once `next_scan` has returned `None`.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct ScanReport {
+    /// Scans given.
+    pub scans: u64,
+    /// Points in them.
+    pub points: u64,
+    /// Points left out of them, by reason.
+    pub dropped: Dropped,
+    /// Messages and packets passed over, and notes; its count of depth images stays 0.
+    pub read: ReadReport,
+}
+
+impl ScanReport {
+    /// Numbers a scan and counts it in.
+    pub(crate) fn count(&mut self, scan: &mut Scan) {
+        scan.index = self.scans;
+        self.scans += 1;
+        self.points += scan.points.len() as u64;
+        self.dropped.add_all(scan.dropped);
+    }
+
+    /// Counts a scan that is not given, as it has no points.
+    pub(crate) fn count_empty(&mut self, source: &str, scan: &Scan) {
+        self.dropped.add_all(scan.dropped);
+        self.read.skip(source, "the cloud has no points", scan.stamp_ns);
+    }
+}
+
+/// A stream of scans in the order of the recording, one in memory at a time.
+pub trait Scans {
+    /// The next scan that has points, or `None` at the end (a cut-off file ends at its cut, with a note).
+    ///
+    /// # Errors
+    /// Only what ends the recording, such as an unreadable file; bad messages and packets are counted in the report.
+    fn next_scan(&mut self) -> Result<Option<Scan>>;
+
+    /// What was met so far.
+    fn report(&self) -> &ScanReport;
+
+    /// How many scans the recording says it holds, where it does.
+    fn scan_count_hint(&self) -> Option<u64>;
+}

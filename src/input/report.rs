@@ -1,0 +1,39 @@
+//! Counting what a reader passes over.
+
+use crate::input::{ReadReport, Skipped};
+
+/// Most different reasons and notes kept apart; hostile files could make up any number.
+const MAX_ENTRIES: usize = 256;
+
+impl ReadReport {
+    /// Counts something passed over, together with others of the same source and reason.
+    pub(crate) fn skip(&mut self, source: &str, reason: impl Into<String>, stamp_ns: u64) {
+        let mut reason = reason.into();
+        if self.skipped.len() >= MAX_ENTRIES {
+            let known = |entry: &Skipped| entry.source == source && entry.reason == reason;
+            if !self.skipped.iter().any(known) {
+                reason = "further reasons".into();
+            }
+        }
+        let known = self.skipped.iter_mut().find(|known| known.source == source && known.reason == reason);
+        if let Some(known) = known {
+            known.count += 1;
+        } else if self.skipped.len() <= MAX_ENTRIES {
+            self.skipped.push(Skipped { source: source.into(), reason, first_stamp_ns: stamp_ns, count: 1 });
+        }
+    }
+
+    /// Adds a note unless it is there.
+    pub(crate) fn note(&mut self, note: impl Into<String>) {
+        let note = note.into();
+        if self.notes.len() < MAX_ENTRIES && !self.notes.contains(&note) {
+            self.notes.push(note);
+        }
+    }
+}
+
+/// Adds what another report of the same recording counted.
+pub(crate) fn merge(report: &mut ReadReport, other: &ReadReport) {
+    report.skipped.extend(other.skipped.iter().cloned());
+    other.notes.iter().for_each(|note| report.note(note));
+}

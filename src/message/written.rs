@@ -1,0 +1,129 @@
+//! ROS 2 messages that limpid only writes, and the names of all that it writes; fields in the order of
+//! their definitions, which CDR depends on.
+
+use serde::Serialize;
+use serde_bytes::Bytes;
+
+use crate::message::ros2::{CameraInfo, CompressedImage, Header, Image, PointCloud2, Pose, TFMessage, Time};
+
+/// A message with the name of its type.
+pub trait RosMessage: Serialize {
+    /// As in `nav_msgs/msg/OccupancyGrid`.
+    const TYPE: &'static str;
+}
+
+macro_rules! ros_types {
+    ($($message:ident $(<$life:lifetime>)? = $name:literal),* $(,)?) => {
+        $(impl $(<$life>)? RosMessage for $message $(<$life>)? {
+            const TYPE: &'static str = $name;
+        })*
+    };
+}
+
+ros_types![
+    OccupancyGrid<'a> = "nav_msgs/msg/OccupancyGrid",
+    Costmap<'a> = "nav2_msgs/msg/Costmap",
+    Image = "sensor_msgs/msg/Image",
+    CompressedImage = "sensor_msgs/msg/CompressedImage",
+    CameraInfo = "sensor_msgs/msg/CameraInfo",
+    PointCloud2 = "sensor_msgs/msg/PointCloud2",
+    TFMessage = "tf2_msgs/msg/TFMessage",
+    DiagnosticArray = "diagnostic_msgs/msg/DiagnosticArray",
+    RosString = "std_msgs/msg/String",
+];
+
+/// `nav_msgs/MapMetaData`.
+#[derive(Debug, Clone, Serialize)]
+pub struct MapMetaData {
+    /// When the map was made.
+    pub map_load_time: Time,
+    /// Metres a cell.
+    pub resolution: f32,
+    /// Cells along x.
+    pub width: u32,
+    /// Cells along y.
+    pub height: u32,
+    /// Corner of cell (0, 0).
+    pub origin: Pose,
+}
+
+/// `nav_msgs/OccupancyGrid`.
+#[derive(Debug, Clone, Serialize)]
+pub struct OccupancyGrid<'a> {
+    /// Stamp and map frame.
+    pub header: Header,
+    /// Geometry.
+    pub info: MapMetaData,
+    /// 0..=100 or -1 as bytes, row 0 = smallest y.
+    pub data: &'a Bytes,
+}
+
+/// `nav2_msgs/CostmapMetaData`.
+#[derive(Debug, Clone, Serialize)]
+pub struct CostmapMetaData {
+    /// When the map was made.
+    pub map_load_time: Time,
+    /// When the map was last updated.
+    pub update_time: Time,
+    /// Name of the costmap layer.
+    pub layer: String,
+    /// Metres a cell.
+    pub resolution: f32,
+    /// Cells along x.
+    pub size_x: u32,
+    /// Cells along y.
+    pub size_y: u32,
+    /// Corner of cell (0, 0).
+    pub origin: Pose,
+}
+
+/// `nav2_msgs/Costmap`.
+#[derive(Debug, Clone, Serialize)]
+pub struct Costmap<'a> {
+    /// Stamp and map frame.
+    pub header: Header,
+    /// Geometry.
+    pub metadata: CostmapMetaData,
+    /// Nav2 costs, row 0 = smallest y.
+    pub data: &'a Bytes,
+}
+
+/// `diagnostic_msgs/KeyValue`.
+#[derive(Debug, Clone, Serialize)]
+pub struct KeyValue {
+    /// What.
+    pub key: String,
+    /// How much.
+    pub value: String,
+}
+
+/// `diagnostic_msgs/DiagnosticStatus`.
+#[derive(Debug, Clone, Serialize)]
+pub struct DiagnosticStatus {
+    /// 0 OK, 1 WARN.
+    pub level: u8,
+    /// Which component.
+    pub name: String,
+    /// In words.
+    pub message: String,
+    /// Which device.
+    pub hardware_id: String,
+    /// Figures.
+    pub values: Vec<KeyValue>,
+}
+
+/// `diagnostic_msgs/DiagnosticArray`.
+#[derive(Debug, Clone, Serialize)]
+pub struct DiagnosticArray {
+    /// Stamp.
+    pub header: Header,
+    /// One entry per component.
+    pub status: Vec<DiagnosticStatus>,
+}
+
+/// `std_msgs/String`.
+#[derive(Debug, Clone, Serialize)]
+pub struct RosString {
+    /// The text.
+    pub data: String,
+}

@@ -1,0 +1,123 @@
+//! Labels scans, without a map: the passes of glass alone.
+
+use crate::base::Rigid;
+use crate::base::{Error, Result};
+use crate::config::Config;
+use crate::gpu::{Chosen, Executor, Plan};
+use crate::map::Pane;
+use crate::map::glass::LabelledScan;
+use crate::map::jumps::PoseTrack;
+use crate::sensor::BeamGrid;
+use crate::sensor::Scan;
+use crate::stage::glass::{Glass, GlassMoment, MOST_POINTS};
+use crate::stage::lidar::intensity_layers::POINT_ROW;
+
+/// Points that a labeller is built for at least, and in steps of which it grows.
+const CAPACITY_STEP: u32 = 4096;
+
+/// Scans in, labels out, one at a time.
+pub struct Labeller {
+    config: Config,
+    glass: Glass,
+    executor: Executor,
+    capacity: u32,
+    load: Option<Vec<Pane>>,
+    track: PoseTrack,
+}
+
+impl Labeller {
+    /// For scans like `first`; built anew where one has more points.
+    ///
+    /// # Errors
+    /// [`Error::Config`]; [`Error::Input`] for a first scan without points; [`Error::NoAdapter`], [`Error::Limit`],
+    /// [`Error::Gpu`].
+    pub fn open(config: &Config, first: &Scan, adapter: Option<&str>, profiling: bool) -> Result<Self> {
+        config.validate()?;
+        let capacity = roomy(first.points.len())?;
+        let glass = Glass { grid: BeamGrid::of_scan(first)?, load: Vec::new() };
+        let plan = plan(&glass, config, capacity)?;
+        let context = Chosen::find(adapter)?.open(&plan.requirements(), profiling)?;
+        let executor = Executor::build(&context, plan)?;
+        let (load, track) = (None, PoseTrack::default());
+        Ok(Self { config: config.clone(), glass, executor, capacity, load, track })
+    }
+
+    /// Panes to begin with, in the frame of the poses; they replace those that are kept.
+    pub fn load(&mut self, panes: Vec<Pane>) {
+        self.load = Some(panes);
+    }
+
+    /// Forgets all panes and the last pose.
+    ///
+    /// # Errors
+    /// [`Error::Gpu`], [`Error::DeviceLost`].
+    pub fn reset(&mut self) -> Result<()> {
+        self.track = PoseTrack::default();
+        self.executor.reset()
+    }
+
+    /// The grid of beams.
+    pub fn grid(&self) -> &BeamGrid {
+        &self.glass.grid
+    }
+
+    /// Builds the passes anew for a scan with more points than fit; panes that are kept stay.
+    fn fit(&mut self, points: usize) -> Result<()> {
+        if points <= self.capacity as usize {
+            return Ok(());
+        }
+        let capacity = roomy(points)?;
+        let plan = plan(&self.glass, &self.config, capacity)?;
+        let mut executor = Executor::build(self.executor.context(), plan)?;
+        executor.take_state(&self.executor)?;
+        (self.executor, self.capacity) = (executor, capacity);
+        Ok(())
+    }
+
+    /// Labels a scan taken at `map_from_lidar`.
+    ///
+    /// # Errors
+    /// [`Error::Input`] for a pose that is no number or too many points; [`Error::Gpu`], [`Error::DeviceLost`].
+    pub fn label(&mut self, scan: &Scan, map_from_lidar: Rigid) -> Result<LabelledScan> {
+        if !(map_from_lidar.rotation.is_finite() && map_from_lidar.translation_m.is_finite()) {
+            return Err(Error::Input { what: "pose".into(), reason: "is not finite".into() });
+        }
+        let points = u32::try_from(scan.points.len()).unwrap_or(u32::MAX);
+        self.fit(scan.points.len())?;
+        let load = self.load.take();
+        let moment = GlassMoment { points, map_from_lidar, load: load.as_deref() };
+        let mut input = self.executor.begin()?;
+        input.write("points", bytemuck::cast_slice(&scan.points))?;
+        self.glass.write(&self.config, &moment, &mut input)?;
+        input.submit()?;
+        let missing = || Error::Gpu { what: "labels".into(), reason: "nothing was under way".into() };
+        let readback = self.executor.receive()?.ok_or_else(missing)?;
+        let jumped = self.track.jumps(&self.config, scan.stamp_ns, map_from_lidar);
+        LabelledScan::read(&readback, &self.executor, scan.points.len(), jumped)
+    }
+}
+
+/// Points to build for when a scan has `points`.
+fn roomy(points: usize) -> Result<u32> {
+    let most = u32::try_from(points).unwrap_or(u32::MAX);
+    if most > MOST_POINTS {
+        let reason = format!("{points} points; glass is searched for among at most {MOST_POINTS}");
+        return Err(Error::Input { what: "scan".into(), reason });
+    }
+    Ok((most + most / 8).next_multiple_of(CAPACITY_STEP).min(MOST_POINTS))
+}
+
+/// The plan of a scan.
+///
+/// # Errors
+/// [`Error::Plan`], [`Error::Shader`], [`Error::Input`].
+fn plan(glass: &Glass, config: &Config, capacity: u32) -> Result<Plan> {
+    let mut plan = Plan::default();
+    plan.upload_texture("points", POINT_ROW, (2 * capacity).div_ceil(POINT_ROW))?;
+    glass.append(&mut plan, config, capacity)?;
+    for name in ["classes", "panes", "glass_counters"] {
+        plan.read_back(name)?;
+    }
+    plan.check()?;
+    Ok(plan)
+}

@@ -1,0 +1,86 @@
+//! The final map as nav2's map_server reads it: a PGM picture and a YAML file.
+
+use std::path::{Path, PathBuf};
+
+use crate::base::{Error, Result};
+use crate::frame::FrameOutput;
+use crate::lidar::ScanOutput;
+use crate::map::Grid;
+use crate::output::{encode_error, grid_mismatch};
+
+const OCCUPIED: u8 = 0;
+const FREE: u8 = 254;
+const UNKNOWN: u8 = 205;
+
+/// Writes `<stem>.pgm` and `<stem>.yaml` (trinary) and returns the two paths. `stem` is a path
+/// without extension; a folder gets `map.pgm` and `map.yaml`.
+///
+/// Lethal cells (254) are occupied, 255 is unknown, all other costs are free: a map holds obstacles,
+/// and the planner's own inflation layer adds its margin; inflation saved as obstacles would be inflated twice.
+///
+/// The thresholds are those with which the three grey values come back as they were written: grey 205
+/// reads as (255 - 205) / 255 = 0.19608, above 0.196 and so unknown. (With the 0.25 that older nav2
+/// releases wrote, unknown space would come back as free.)
+///
+/// # Errors
+/// [`Error::File`] where a file cannot be written, [`Error::Encode`] where the costmap is not `width * height` cells.
+pub fn save_map(stem: &Path, output: &FrameOutput) -> Result<[PathBuf; 2]> {
+    if let Some(reason) = grid_mismatch(output) {
+        return Err(encode_error(stem, reason));
+    }
+    save(stem, &output.grid, &output.costmap)
+}
+
+/// As [`save_map`], of the plan map of a lidar scan: solid and transparent cells are occupied.
+///
+/// # Errors
+/// [`Error::File`] where a file cannot be written.
+pub fn save_plan(stem: &Path, output: &ScanOutput) -> Result<[PathBuf; 2]> {
+    save(stem, &output.grid, &output.costmap)
+}
+
+fn save(stem: &Path, grid: &Grid, costmap: &[u8]) -> Result<[PathBuf; 2]> {
+    let stem = if stem.is_dir() { stem.join("map") } else { stem.to_owned() };
+    let [picture, description] = ["pgm", "yaml"].map(|extension| with_suffix(&stem, extension));
+    let pgm = pgm(grid, costmap);
+    std::fs::write(&picture, pgm).map_err(Error::file(&picture))?;
+    let name = picture.file_name().unwrap_or_default().to_string_lossy();
+    std::fs::write(&description, yaml(grid, &name)).map_err(Error::file(&description))?;
+    Ok([picture, description])
+}
+
+/// Appends, where `Path::with_extension` would cut `map.v2` short.
+fn with_suffix(stem: &Path, extension: &str) -> PathBuf {
+    let mut name = stem.as_os_str().to_owned();
+    name.push(".");
+    name.push(extension);
+    name.into()
+}
+
+/// Binary PGM with the largest y in the top row; the costs fill the grid.
+fn pgm(grid: &Grid, costmap: &[u8]) -> Vec<u8> {
+    let (width, height) = (grid.width, grid.height);
+    let mut bytes = format!("P5\n{width} {height}\n255\n").into_bytes();
+    for row in costmap.chunks_exact(width as usize).rev() {
+        bytes.extend(row.iter().map(|&cost| grey_of_cost(cost)));
+    }
+    bytes
+}
+
+fn grey_of_cost(cost: u8) -> u8 {
+    match cost {
+        254 => OCCUPIED,
+        255 => UNKNOWN,
+        _ => FREE,
+    }
+}
+
+fn yaml(grid: &Grid, picture_name: &str) -> String {
+    // A JSON string is a YAML string, whatever the name holds.
+    let image = serde_json::Value::from(picture_name);
+    let Grid { origin_x_m, origin_y_m, resolution_m, .. } = grid;
+    format!(
+        "image: {image}\nmode: trinary\nresolution: {resolution_m}\norigin: [{origin_x_m:?}, {origin_y_m:?}, 0.0]\n\
+         negate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n"
+    )
+}

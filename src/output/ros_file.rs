@@ -1,0 +1,108 @@
+//! An MCAP file of ROS 2 messages: profile `ros2`, zstd chunks, CDR with `ros2msg` schemas.
+
+use std::collections::{BTreeMap, HashMap};
+use std::io::{Seek, Write};
+use std::path::{Path, PathBuf};
+
+use ::mcap::records::MessageHeader;
+use ::mcap::{Compression, McapError, WriteOptions, Writer};
+
+use crate::base::{Error, Result};
+use crate::message::RosMessage;
+use crate::message::ros2::encode_cdr;
+use crate::message::schema;
+use crate::output::encode_error;
+
+/// Channel of a topic, and how many messages it has.
+struct Channel {
+    id: u16,
+    sequence: u32,
+}
+
+/// A file that messages are appended to. Dropping it completes the file; `finish` says whether that worked.
+pub struct RosFile<W: Write + Seek> {
+    path: PathBuf,
+    writer: Option<Writer<W>>,
+    channels: HashMap<String, Channel>,
+}
+
+impl<W: Write + Seek> RosFile<W> {
+    /// Starts a file in `target`; `path` names it in errors.
+    ///
+    /// # Errors
+    /// [`Error::File`] where the header cannot be written.
+    pub fn new(target: W, path: &Path) -> Result<Self> {
+        let options = WriteOptions::new()
+            .profile("ros2")
+            .library(concat!("limpid ", env!("CARGO_PKG_VERSION")))
+            .compression(Some(Compression::Zstd))
+            .compression_threads(0);
+        let writer = options.create(target).map_err(|e| mcap_error(path, e))?;
+        Ok(Self { path: path.into(), writer: Some(writer), channels: HashMap::new() })
+    }
+
+    /// Appends `message` on `topic` with `stamp_ns` as log and publish time.
+    ///
+    /// # Errors
+    /// [`Error::File`] where the target does not take it, [`Error::Encode`] after `finish`.
+    pub fn write<M: RosMessage>(&mut self, topic: &str, stamp_ns: u64, message: &M) -> Result<()> {
+        if !self.channels.contains_key(topic) {
+            let id = self.add_channel::<M>(topic)?;
+            self.channels.insert(topic.to_owned(), Channel { id, sequence: 0 });
+        }
+        let data = encode_cdr(M::TYPE, message).map_err(|e| encode_error(&self.path, e))?;
+        let writer = self.writer.as_mut().ok_or_else(|| finished(&self.path))?;
+        if let Some(channel) = self.channels.get_mut(topic) {
+            let header = MessageHeader {
+                channel_id: channel.id,
+                sequence: channel.sequence,
+                log_time: stamp_ns,
+                publish_time: stamp_ns,
+            };
+            writer.write_to_known_channel(&header, &data).map_err(|e| mcap_error(&self.path, e))?;
+            channel.sequence = channel.sequence.wrapping_add(1);
+        }
+        Ok(())
+    }
+
+    /// Closes the chunk in work, so that all messages so far are readable even if the file is never completed.
+    ///
+    /// # Errors
+    /// [`Error::File`] where the target does not take it, [`Error::Encode`] after `finish`.
+    pub fn flush(&mut self) -> Result<()> {
+        let writer = self.writer.as_mut().ok_or_else(|| finished(&self.path))?;
+        writer.flush().map_err(|e| mcap_error(&self.path, e))
+    }
+
+    /// Writes index and footer, and gives the target back; `None` if that was done before.
+    ///
+    /// # Errors
+    /// [`Error::File`] where the target does not take it.
+    pub fn finish(&mut self) -> Result<Option<W>> {
+        let Some(mut writer) = self.writer.take() else { return Ok(None) };
+        writer.finish().map_err(|e| mcap_error(&self.path, e))?;
+        let mut target = writer.into_inner();
+        target.flush().map_err(Error::file(&self.path))?;
+        Ok(Some(target))
+    }
+
+    fn add_channel<M: RosMessage>(&mut self, topic: &str) -> Result<u16> {
+        let text = schema::full_text(M::TYPE).map_err(|e| encode_error(&self.path, e))?;
+        let writer = self.writer.as_mut().ok_or_else(|| finished(&self.path))?;
+        let channel = writer
+            .add_schema(M::TYPE, "ros2msg", text.as_bytes())
+            .and_then(|schema| writer.add_channel(schema, topic, "cdr", &BTreeMap::new()));
+        channel.map_err(|e| mcap_error(&self.path, e))
+    }
+}
+
+fn finished(path: &Path) -> Error {
+    encode_error(path, "written to after it was finished")
+}
+
+fn mcap_error(path: &Path, error: McapError) -> Error {
+    match error {
+        McapError::Io(source) => Error::File { path: path.into(), source },
+        other => encode_error(path, other),
+    }
+}

@@ -1,0 +1,17 @@
+//! What sensors measure, as values: they know nothing of files and messages.
+
+mod beam_grid;
+mod camera;
+mod dropped;
+mod frame;
+mod returns;
+mod scan;
+mod velodyne;
+
+pub use beam_grid::BeamGrid;
+pub use camera::{CameraModel, Distortion};
+pub use dropped::{DropReason, Dropped};
+pub use frame::{ColorImage, DepthImage, DepthSamples, FramePose, RgbdFrame};
+pub use returns::{ReturnCodes, ReturnType, Strength};
+pub use scan::{Columns, Point, Scan};
+pub use velodyne::VelodyneModel;

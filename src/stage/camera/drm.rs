@@ -1,0 +1,112 @@
+//! Reliability by DRM-Net (spec 1 §1): resize, the network's blocks, back to the native size.
+
+use std::sync::Arc;
+
+use crate::base::{Error, Result};
+use crate::gpu::{FrameInput, Invocations, Plan, ShaderText};
+use crate::network::weights::{NATIVE_SIZE, Network};
+use crate::network::{Backend, INPUT, Kernel, OUTPUT, Passes};
+use crate::stage::{Job, Moment, Stage, single};
+
+crate::params! {
+    /// Parameters of `resize`.
+    pub struct ResizeParams {
+        /// 1 / metres that depth is divided by before it goes into the network.
+        pub per_metre: f32,
+        /// Unused.
+        pub pad0: u32,
+        /// Unused.
+        pub pad1: u32,
+        /// Unused.
+        pub pad2: u32,
+    }
+}
+
+/// The network of a pipeline.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Drm {
+    /// Layers and weights.
+    pub network: Arc<Network>,
+    /// How its kernels reach tensors.
+    pub backend: Backend,
+}
+
+/// The stage.
+#[derive(Debug)]
+pub struct DrmNet {
+    /// What it runs.
+    pub drm: Drm,
+}
+
+/// Native pixels, along one axis, that one of the network's pixels may touch.
+pub(crate) fn span(native: u32, size: u32) -> u32 {
+    if native.is_multiple_of(size) {
+        native / size
+    } else if size.is_multiple_of(native) {
+        1
+    } else {
+        native / size + 2
+    }
+}
+
+/// Columns of the network that four native pixels in a row draw on.
+fn columns(native: u32, size: u32) -> u32 {
+    (3 * size).div_ceil(native) + 2
+}
+
+impl DrmNet {
+    /// Rows and columns of the network's input.
+    fn size() -> [u32; 2] {
+        NATIVE_SIZE.map(|extent| u32::try_from(extent).unwrap_or(0))
+    }
+}
+
+/// From depth and colour of `native` rows and columns to a tensor of `size` rows and columns: the pass and its invocations.
+pub fn resize(native: [u32; 2], size: [u32; 2], backend: Backend) -> (ShaderText, Invocations) {
+    let spans = [("SPAN_X", span(native[1], size[1])), ("SPAN_Y", span(native[0], size[0]))];
+    let constants: Vec<_> = sizes(native, size).into_iter().chain(spans).collect();
+    let text = Kernel::Resize.text("net/resize".into(), backend, &constants);
+    (text, Invocations::line(size[0] * size[1]))
+}
+
+/// From reliability of `size` rows and columns to `native` ones: the pass and its invocations.
+pub fn restore(native: [u32; 2], size: [u32; 2], backend: Backend) -> (ShaderText, Invocations) {
+    let words = native[1].div_ceil(4);
+    let more = [("WORDS", words), ("COLUMNS", columns(native[1], size[1]))];
+    let constants: Vec<_> = sizes(native, size).into_iter().chain(more).collect();
+    let text = Kernel::Restore.text("net/restore".into(), backend, &constants);
+    (text, Invocations::line(words * native[0]))
+}
+
+fn sizes(native: [u32; 2], size: [u32; 2]) -> [(&'static str, u32); 4] {
+    [("WIDTH", size[1]), ("HEIGHT", size[0]), ("NATIVE_WIDTH", native[1]), ("NATIVE_HEIGHT", native[0])]
+}
+
+impl Stage for DrmNet {
+    fn append(&self, plan: &mut Plan, job: &Job) -> Result<()> {
+        let Drm { network, backend } = &self.drm;
+        let passes = Passes { network, size: Self::size(), backend: *backend, keep_all: false };
+        passes.check_size()?;
+        passes.declare_input(plan)?;
+        let native = [job.depth.height, job.depth.width];
+        let [rows, columns] = Self::size();
+        plan.uniform::<ResizeParams>("resize_params")?;
+        plan.state("depth_before", u64::from(rows) * u64::from(columns) * 4)?;
+        let (resize, invocations) = resize(native, Self::size(), *backend);
+        plan.step(resize, invocations, &[("sink", INPUT)])?;
+        passes.append(plan)?;
+        let (restore, invocations) = restore(native, Self::size(), *backend);
+        plan.step(restore, invocations, &[("reliability_low", OUTPUT)])
+    }
+
+    fn write(&self, moment: &Moment<'_>, input: &mut FrameInput<'_>) -> Result<()> {
+        let placed = moment.frame.color.is_some() && moment.frame.color_from_depth.is_some();
+        if !placed {
+            // Black in place of colour would be a scene of its own to the network.
+            let reason = "is missing, or its place relative to depth is; method drm needs it".into();
+            return Err(Error::Input { what: "colour image".into(), reason });
+        }
+        let per_metre = single(1.0 / self.drm.network.depth_scale_m);
+        input.set("resize_params", &ResizeParams { per_metre, pad0: 0, pad1: 0, pad2: 0 })
+    }
+}

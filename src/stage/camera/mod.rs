@@ -1,0 +1,13 @@
+//! The stages of an RGB-D frame (spec 1).
+
+pub mod align_color;
+pub mod back_project;
+pub mod drm;
+pub mod ingest;
+pub mod register_color;
+pub mod see_through;
+pub mod spatial_median;
+pub mod tally;
+pub mod update;
+pub mod view;
+pub mod weigh;

@@ -1,0 +1,135 @@
+//! Solid, passable, transparent, free and unknown cells (spec 2 §3).
+
+use glam::{Vec2, Vec4};
+
+use crate::base::Result;
+use crate::config::LayerMeasure;
+use crate::gpu::{FrameInput, Invocations, Plan, ShaderSource};
+use crate::lidar::{ScanJob, ScanMoment, ScanStage};
+use crate::stage::lidar::intensity_layers::{HEIGHTS, heights};
+use crate::stage::single;
+
+/// The pass.
+pub const INTENSITY_CLASSES: ShaderSource = ShaderSource {
+    name: "intensity_classes",
+    parts: &[
+        include_str!("../../../shaders/lib/scan.wgsl"),
+        include_str!("../../../shaders/lib/slot.wgsl"),
+        include_str!("../../../shaders/intensity_classes.wgsl"),
+    ],
+};
+
+crate::params! {
+    /// Parameters of `intensity_classes`.
+    pub struct IntensityClassesParams {
+        /// Bounds of the tall layers.
+        pub heights: [Vec4; HEIGHTS],
+        /// The lidar in the window.
+        pub lidar: Vec2,
+        /// Cells along a side.
+        pub side: u32,
+        /// Tall layers.
+        pub tall: u32,
+        /// Slot of window cell (0, 0) along x.
+        pub origin_slot_x: u32,
+        /// Slot of window cell (0, 0) along y.
+        pub origin_slot_y: u32,
+        /// Side of a cell.
+        pub resolution_m: f32,
+        /// Gamma.
+        pub gamma: f32,
+        /// Excess of the plane z = 0 from which a cell is transparent.
+        pub transparent_threshold: f32,
+        /// Value of a layer that counts fully.
+        pub solid_value: f32,
+        /// Share of a remembered value that is kept.
+        pub keep_share: f32,
+        /// Returns under which a cell is undecided.
+        pub min_returns: u32,
+        /// Firings per radian of azimuth.
+        pub rays_per_rad: f32,
+        /// Rings per radian of elevation.
+        pub rings_per_rad: f32,
+        /// Elevation of the lowest ring, radians.
+        pub elevation_low: f32,
+        /// Elevation of the highest ring, radians.
+        pub elevation_high: f32,
+        /// Cells that the window moved along x since the scan before.
+        pub shift_x: i32,
+        /// Cells that it moved along y.
+        pub shift_y: i32,
+        /// 1: nothing is remembered.
+        pub forget: u32,
+        /// Unused.
+        pub pad: u32,
+    }
+}
+
+/// Value of a layer that counts fully: full scale in each return, and for the sum one such return in the cell.
+pub fn solid_value(job: &ScanJob) -> f64 {
+    match job.config.layer_measure {
+        LayerMeasure::Sum => job.config.scan_resolution_m.powi(-2),
+        LayerMeasure::Mean | LayerMeasure::Expected => 1.0,
+    }
+}
+
+/// The parameters of one scan.
+pub fn params(moment: &ScanMoment<'_>) -> IntensityClassesParams {
+    let (job, config) = (moment.job, &moment.job.config);
+    let [origin_slot_x, origin_slot_y] = moment.window.origin_slot(job.side());
+    let [shift_x, shift_y] = moment.window.shift;
+    let keep_share = match moment.since_last_s {
+        Some(dt_s) if config.transparent_decay_s > 0.0 => (-dt_s / config.transparent_decay_s).exp(),
+        _ => 1.0,
+    };
+    let per_rad = |step_deg: f64| single(1.0 / step_deg.to_radians().max(1e-9));
+    let [low, high] = config.elevation_range_deg.map(|deg| single(deg.to_radians()));
+    IntensityClassesParams {
+        heights: heights(job),
+        lidar: moment.lidar_in_window_m.as_vec2(),
+        side: job.side(),
+        tall: job.tall_layers(),
+        origin_slot_x,
+        origin_slot_y,
+        resolution_m: single(config.scan_resolution_m),
+        gamma: single(config.gamma),
+        transparent_threshold: single(config.transparent_threshold),
+        solid_value: single(solid_value(job)),
+        keep_share: single(keep_share),
+        min_returns: config.min_returns,
+        rays_per_rad: per_rad(config.azimuth_step_deg),
+        rings_per_rad: per_rad(config.elevation_step_deg),
+        elevation_low: low,
+        elevation_high: high,
+        shift_x,
+        shift_y,
+        forget: u32::from(moment.window.forget),
+        pad: 0,
+    }
+}
+
+/// The stage.
+#[derive(Debug)]
+pub struct IntensityClasses;
+
+impl ScanStage for IntensityClasses {
+    fn append(&self, plan: &mut Plan, job: &ScanJob) -> Result<()> {
+        plan.uniform::<IntensityClassesParams>("intensity_classes_params")?;
+        plan.scratch("cell_class", job.grid_bytes(4))?;
+        plan.product("obstacle_value", job.grid_bytes(4))?;
+        plan.state("remembered", job.grid_bytes(4))?;
+        plan.product("layer_values", job.grid_bytes(4 * u64::from(job.layer_count())))?;
+        plan.step(INTENSITY_CLASSES, Invocations::area(job.side(), job.side()), &[])?;
+        let measure = match job.config.layer_measure {
+            LayerMeasure::Sum => 0_u32,
+            LayerMeasure::Mean => 1,
+            LayerMeasure::Expected => 2,
+        };
+        plan.with(&[("measure", measure)])?;
+        plan.with(&[("clearing", job.config.transparent_clear > 0.0), ("keep_layers", job.layers)])
+    }
+
+    fn write(&self, moment: &ScanMoment<'_>, input: &mut FrameInput<'_>) -> Result<()> {
+        input.set("intensity_classes_params", &params(moment))
+    }
+}

@@ -1,0 +1,161 @@
+//! Points into the layers that their heights lie in (spec 2 §2).
+
+use glam::{Vec2, Vec4};
+
+use crate::base::Result;
+use crate::config::MAX_TALL_LAYERS;
+use crate::gpu::{FrameInput, Invocations, Plan, ShaderSource};
+use crate::lidar::{ScanJob, ScanMoment, ScanStage};
+use crate::sensor::Point;
+use crate::stage::{rows, single};
+
+/// The pass over points as the host uploads them, in a texture.
+pub const INTENSITY_LAYERS: ShaderSource = ShaderSource {
+    name: "intensity_layers",
+    parts: &[
+        include_str!("../../../shaders/lib/numbers.wgsl"),
+        include_str!("../../../shaders/lib/scan.wgsl"),
+        include_str!("../../../shaders/lib/points/texture.wgsl"),
+        include_str!("../../../shaders/intensity_layers.wgsl"),
+    ],
+};
+
+/// The pass over points that another pass left in a buffer.
+pub const INTENSITY_LAYERS_OF_BUFFER: ShaderSource = ShaderSource {
+    name: "intensity_layers",
+    parts: &[
+        include_str!("../../../shaders/lib/numbers.wgsl"),
+        include_str!("../../../shaders/lib/scan.wgsl"),
+        include_str!("../../../shaders/lib/points/buffer.wgsl"),
+        include_str!("../../../shaders/intensity_layers.wgsl"),
+    ],
+};
+
+/// Texels of a row of the points' texture, two to a point, as in `shaders/lib/points/texture.wgsl`.
+pub const POINT_ROW: u32 = 1024;
+
+/// Sectors around the lidar, as in `shaders/lib/scan.wgsl`.
+pub const SECTORS: u32 = 720;
+
+/// Fixed-point one of intensities, as in `shaders/lib/scan.wgsl`.
+pub const INTENSITY_STEPS: u32 = 4080;
+
+/// Vectors of four that hold the bounds of the tall layers.
+pub const HEIGHTS: usize = (MAX_TALL_LAYERS + 1).div_ceil(4);
+
+crate::params! {
+    /// Parameters of `intensity_layers`.
+    pub struct IntensityLayersParams {
+        /// First row of window from lidar.
+        pub window_from_lidar_x: Vec4,
+        /// Second row.
+        pub window_from_lidar_y: Vec4,
+        /// Third row; z = 0 is the lidar's height.
+        pub window_from_lidar_z: Vec4,
+        /// Axis of the lidar's turn, and its angle.
+        pub turn_axis: Vec4,
+        /// The lidar's way, and 1 / its duration.
+        pub turn_way: Vec4,
+        /// Bounds of the tall layers.
+        pub heights: [Vec4; HEIGHTS],
+        /// The lidar in the window at the stamp.
+        pub lidar: Vec2,
+        /// Time of the first point.
+        pub first_s: f32,
+        /// Points of the scan.
+        pub points: u32,
+        /// Cells along a side.
+        pub side: u32,
+        /// Side of a cell.
+        pub resolution_m: f32,
+        /// Tall layers.
+        pub tall: u32,
+        /// 1 / full scale of intensities.
+        pub per_unit: f32,
+        /// Ring of the plane z = 0.
+        pub plane_ring: u32,
+        /// Ring of the plane z = -epsilon.
+        pub below_ring: u32,
+        /// Height of the lower plane, for slabs.
+        pub below_m: f32,
+        /// Half the thickness of a slab.
+        pub half_thickness_m: f32,
+        /// Intensity from which a return clears glass before it.
+        pub clear_steps: u32,
+        /// Unused.
+        pub pad0: u32,
+        /// Unused.
+        pub pad1: u32,
+        /// Unused.
+        pub pad2: u32,
+    }
+}
+
+/// The bounds of the tall layers as shaders take them.
+pub fn heights(job: &ScanJob) -> [Vec4; HEIGHTS] {
+    let bounds = &job.config.layer_heights_m;
+    let bound = |at: usize| single(bounds.get(at).or(bounds.last()).copied().unwrap_or(0.0));
+    std::array::from_fn(|v| Vec4::new(bound(4 * v), bound(4 * v + 1), bound(4 * v + 2), bound(4 * v + 3)))
+}
+
+/// The parameters of one scan.
+pub fn params(moment: &ScanMoment<'_>) -> IntensityLayersParams {
+    let (job, config) = (moment.job, &moment.job.config);
+    let [x, y, z] = rows(moment.window_from_lidar);
+    let (turn_axis, turn_way, first_s) = moment.turn.map_or((Vec4::X, Vec4::ZERO, 0.0), |turn| {
+        let per_s = if turn.duration_s > 0.0 { 1.0 / turn.duration_s } else { 0.0 };
+        let axis = turn.axis.extend(turn.angle_rad).as_vec4();
+        (axis, turn.way_m.extend(per_s).as_vec4(), single(turn.first_s))
+    });
+    let [plane_ring, below_ring] = job.plane_rings.unwrap_or([Point::UNKNOWN; 2]);
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturates; from 0 up")]
+    let clear_steps = (config.transparent_clear * f64::from(INTENSITY_STEPS)).ceil() as u32;
+    IntensityLayersParams {
+        window_from_lidar_x: x,
+        window_from_lidar_y: y,
+        window_from_lidar_z: z,
+        turn_axis,
+        turn_way,
+        heights: heights(job),
+        lidar: moment.lidar_in_window_m.as_vec2(),
+        first_s,
+        points: u32::try_from(moment.frame.scan.points.len()).unwrap_or(job.capacity),
+        side: job.side(),
+        resolution_m: single(config.scan_resolution_m),
+        tall: job.tall_layers(),
+        per_unit: single(1.0 / job.full_scale),
+        plane_ring: plane_ring.into(),
+        below_ring: below_ring.into(),
+        below_m: single(-config.plane_below_m),
+        half_thickness_m: single(config.plane_half_thickness_m),
+        clear_steps: if clear_steps == 0 { u32::MAX } else { clear_steps },
+        pad0: 0,
+        pad1: 0,
+        pad2: 0,
+    }
+}
+
+/// The stage.
+#[derive(Debug)]
+pub struct IntensityLayers;
+
+impl ScanStage for IntensityLayers {
+    fn append(&self, plan: &mut Plan, job: &ScanJob) -> Result<()> {
+        plan.uniform::<IntensityLayersParams>("intensity_layers_params")?;
+        plan.zeroed("layer_sums", job.grid_bytes(8 * u64::from(job.layer_count())))?;
+        plan.zeroed("sector_range", 8 * u64::from(SECTORS))?;
+        let count = Invocations::line(job.capacity);
+        match job.glass {
+            Some(_) => plan.step(INTENSITY_LAYERS_OF_BUFFER, count, &[("points", "clean_points")])?,
+            None => plan.step(INTENSITY_LAYERS, count, &[])?,
+        }
+        let clearing = job.config.transparent_clear > 0.0;
+        plan.with(&[("deskewed", job.deskew), ("ringed", job.plane_rings.is_some()), ("clearing", clearing)])
+    }
+
+    fn write(&self, moment: &ScanMoment<'_>, input: &mut FrameInput<'_>) -> Result<()> {
+        let params = params(moment);
+        input.limit(INTENSITY_LAYERS.name, Invocations::line(params.points))?;
+        input.set("intensity_layers_params", &params)
+    }
+}

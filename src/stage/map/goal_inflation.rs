@@ -1,0 +1,121 @@
+//! Inflation away from the goal (spec 2 §4): the kernel, and its spread over the map.
+
+use glam::DVec2;
+
+use crate::base::Result;
+use crate::config::{Config, InflationKernel};
+use crate::gpu::{FrameInput, Invocations, Plan, ShaderSource};
+use crate::lidar::{ScanJob, ScanMoment, ScanStage};
+
+/// The pass.
+pub const GOAL_INFLATION: ShaderSource = ShaderSource {
+    name: "goal_inflation",
+    parts: &[
+        include_str!("../../../shaders/lib/scan.wgsl"),
+        include_str!("../../../shaders/goal_inflation.wgsl"),
+    ],
+};
+
+/// What a coordinate of a tap is moved up by, as in the shader.
+const TAP_ZERO: i32 = 128;
+
+/// Slack of comparisons of distances in cells.
+const EPSILON: f64 = 1e-9;
+
+crate::params! {
+    /// Parameters of `goal_inflation`.
+    pub struct GoalInflationParams {
+        /// Cells along a side.
+        pub side: u32,
+        /// Cells of the kernel.
+        pub taps: u32,
+        /// How many of them lie within the inscribed radius.
+        pub inscribed: u32,
+        /// Unused.
+        pub pad: u32,
+    }
+}
+
+/// The kernel K: the cells, from that of the obstacle, over which it is spread.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Kernel {
+    /// x and y in cells, those within the inscribed radius first.
+    pub taps: Vec<[i32; 2]>,
+    /// How many lie within the inscribed radius.
+    pub inscribed: usize,
+}
+
+/// Cells from the kernel's centre to its border: e = 2 reach + 1.
+pub fn reach_cells(config: &Config) -> i32 {
+    let cells = |metres: f64| metres / config.scan_resolution_m;
+    let farthest = config.inflation_length_m.max(config.inflation_side_m).max(config.inscribed_radius_m);
+    #[expect(clippy::cast_possible_truncation, reason = "validated to be at most 64 cells")]
+    let reach = (cells(farthest) - 1e-6).ceil() as i32;
+    reach.clamp(0, TAP_ZERO - 1)
+}
+
+/// The kernel for a goal in that direction (of length 1, in the map's axes); `None`: at the goal, where no direction is
+/// better than another and the disc alone is left.
+pub fn kernel(config: &Config, towards_goal: Option<DVec2>) -> Kernel {
+    let cells = |metres: f64| metres / config.scan_resolution_m + EPSILON;
+    let (length, disc) = (cells(config.inflation_length_m), cells(config.inflation_side_m));
+    let inscribed = cells(config.inscribed_radius_m);
+    let half_width = f64::from(config.inflation_padding_cells) + 0.5 + EPSILON;
+    let on_line = |at: DVec2| {
+        towards_goal.is_some_and(|goal| {
+            let (along, across) = (at.dot(goal), at.perp_dot(goal).abs());
+            let side = config.inflation_kernel == InflationKernel::Symmetric || along <= EPSILON;
+            side && across <= half_width && at.abs().max_element() <= length
+        })
+    };
+    let reach = reach_cells(config);
+    let square = (-reach..=reach).flat_map(|y| (-reach..=reach).map(move |x| [x, y]));
+    let place = |[x, y]: [i32; 2]| DVec2::new(x.into(), y.into());
+    let chosen = square.filter(|&tap| {
+        let at = place(tap);
+        let line = match config.inflation_kernel {
+            InflationKernel::Uniform => at.abs().max_element() <= length,
+            InflationKernel::Adaptive | InflationKernel::Symmetric => on_line(at),
+        };
+        line || at.length() <= disc.max(inscribed)
+    });
+    let (mut taps, others): (Vec<_>, Vec<_>) = chosen.partition(|&tap| place(tap).length() <= inscribed);
+    let inscribed = taps.len();
+    taps.extend(others);
+    Kernel { taps, inscribed }
+}
+
+impl Kernel {
+    /// As the shader takes it.
+    pub fn packed(&self) -> Vec<u32> {
+        let byte = |value: i32| (value + TAP_ZERO).clamp(0, 255).cast_unsigned();
+        self.taps.iter().map(|&[x, y]| byte(x) | (byte(y) << 8)).collect()
+    }
+}
+
+/// The stage.
+#[derive(Debug)]
+pub struct GoalInflation;
+
+impl ScanStage for GoalInflation {
+    fn append(&self, plan: &mut Plan, job: &ScanJob) -> Result<()> {
+        let edge = u64::from(2 * reach_cells(&job.config).unsigned_abs() + 1);
+        plan.uniform::<GoalInflationParams>("goal_inflation_params")?;
+        plan.zeroed("inflation", job.grid_bytes(4))?;
+        plan.upload("kernel_taps", 4 * edge * edge)?;
+        plan.step(GOAL_INFLATION, Invocations::area(job.side(), job.side()), &[])
+    }
+
+    fn write(&self, moment: &ScanMoment<'_>, input: &mut FrameInput<'_>) -> Result<()> {
+        let kernel = kernel(&moment.job.config, moment.towards_goal);
+        let count = |number: usize| u32::try_from(number).unwrap_or(0);
+        let params = GoalInflationParams {
+            side: moment.job.side(),
+            taps: count(kernel.taps.len()),
+            inscribed: count(kernel.inscribed),
+            pad: 0,
+        };
+        input.write("kernel_taps", bytemuck::cast_slice(&kernel.packed()))?;
+        input.set("goal_inflation_params", &params)
+    }
+}

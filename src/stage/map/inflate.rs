@@ -1,0 +1,132 @@
+//! Nav2's inflation by an exact distance transform (spec 1 §3).
+
+use bytemuck::cast_slice;
+
+use crate::base::Result;
+use crate::config::Config;
+use crate::gpu::{FrameInput, Invocations, Plan, ShaderSource};
+use crate::stage::{Job, Moment, Stage};
+
+/// Occupied cells to bits.
+pub const PACK: ShaderSource = ShaderSource {
+    name: "inflate/pack",
+    parts: &[
+        include_str!("../../../shaders/lib/cell.wgsl"),
+        include_str!("../../../shaders/inflate/pack.wgsl"),
+    ],
+};
+
+/// Distances along rows.
+pub const ROWS: ShaderSource =
+    ShaderSource { name: "inflate/rows", parts: &[include_str!("../../../shaders/inflate/rows.wgsl")] };
+
+/// Distances along columns, and costs.
+pub const COLUMNS: ShaderSource = ShaderSource {
+    name: "inflate/columns",
+    parts: &[
+        include_str!("../../../shaders/lib/cell.wgsl"),
+        include_str!("../../../shaders/inflate/columns.wgsl"),
+    ],
+};
+
+crate::params! {
+    /// Parameters of `inflate/pack`.
+    pub struct InflatePackParams {
+        /// Cells along a side.
+        pub side: u32,
+        /// 32-bit words a row.
+        pub words: u32,
+    }
+}
+
+crate::params! {
+    /// Parameters of `inflate/rows`.
+    pub struct InflateRowsParams {
+        /// Cells along a side.
+        pub side: u32,
+        /// 32-bit words a row.
+        pub words: u32,
+        /// Cells, at most 254.
+        pub radius: u32,
+        /// Words of four cells a row.
+        pub quads: u32,
+    }
+}
+
+crate::params! {
+    /// Parameters of `inflate/columns`.
+    pub struct InflateColumnsParams {
+        /// Cells along a side.
+        pub side: u32,
+        /// Cells, at most 254.
+        pub radius: u32,
+        /// Words of four cells a row.
+        pub quads: u32,
+        /// Unused.
+        pub pad: u32,
+    }
+}
+
+/// Distances along rows are kept in bytes, one of which means "none".
+pub const MAX_RADIUS_CELLS: u32 = 254;
+
+/// Cells up to which costs reach: the radius rounded up as Nav2 does, but not for a rounding error.
+pub fn radius_cells(config: &Config) -> u32 {
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturates; then clamped")]
+    let cells = (config.inflation_radius_m / config.resolution_m - 1e-6).ceil() as u32;
+    cells.min(MAX_RADIUS_CELLS)
+}
+
+/// Nav2's cost at `distance_cells` between cell centres: 254 at 0, 253 up to the inscribed radius, then
+/// `252 exp(-cost_scaling_factor (d - inscribed_radius))` truncated.
+pub fn cost(config: &Config, distance_cells: f64) -> u32 {
+    let distance_m = distance_cells * config.resolution_m;
+    if distance_cells == 0.0 {
+        return 254;
+    }
+    if distance_m <= config.inscribed_radius_m {
+        return 253;
+    }
+    let falling = (-config.cost_scaling_factor * (distance_m - config.inscribed_radius_m)).exp();
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "in 0..=252")]
+    let cost = (252.0 * falling) as u32;
+    cost
+}
+
+/// Costs by squared distance in cells, up to the radius.
+pub fn cost_table(config: &Config) -> Vec<u32> {
+    let radius = radius_cells(config);
+    (0..=radius * radius).map(|squared| cost(config, f64::from(squared).sqrt())).collect()
+}
+
+/// The stage.
+#[derive(Debug)]
+pub struct Inflate;
+
+impl Stage for Inflate {
+    fn append(&self, plan: &mut Plan, job: &Job) -> Result<()> {
+        let side = job.side();
+        let words = side.div_ceil(32);
+        plan.uniform::<InflatePackParams>("inflate_pack_params")?;
+        plan.uniform::<InflateRowsParams>("inflate_rows_params")?;
+        plan.uniform::<InflateColumnsParams>("inflate_columns_params")?;
+        plan.scratch("occupied_bits", u64::from(side * words) * 4)?;
+        let quads = side.div_ceil(4);
+        plan.scratch("row_distance", u64::from(side * quads) * 4)?;
+        plan.fixed("cost_by_squared_distance", cast_slice(&cost_table(&job.config)).to_vec())?;
+        plan.scratch("costmap", u64::from(side * quads) * 4)?;
+        plan.read_back("costmap")?;
+        plan.step(PACK, Invocations::line(side * words), &[])?;
+        plan.step(ROWS, Invocations::line(side * quads), &[])?;
+        plan.step(COLUMNS, Invocations::line(side * quads), &[])
+    }
+
+    fn write(&self, moment: &Moment<'_>, input: &mut FrameInput<'_>) -> Result<()> {
+        let side = moment.job.side();
+        let words = side.div_ceil(32);
+        let (radius, quads) = (radius_cells(&moment.job.config), side.div_ceil(4));
+        input.set("inflate_pack_params", &InflatePackParams { side, words })?;
+        input.set("inflate_rows_params", &InflateRowsParams { side, words, radius, quads })?;
+        input.set("inflate_columns_params", &InflateColumnsParams { side, radius, quads, pad: 0 })
+    }
+}

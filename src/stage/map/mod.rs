@@ -1,0 +1,7 @@
+//! The stages of the map: its window, its inflation, its costs.
+
+pub mod goal_inflation;
+pub mod inflate;
+pub mod move_window;
+pub mod plan_map;
+pub mod trajectory_cost;
