@@ -7,7 +7,7 @@ use std::io::BufRead;
 use std::time::Instant;
 
 use cpu_time::ProcessTime;
-use limpid::gpu::Chosen;
+use limpid::gpu::Context;
 use limpid::network::weights::{INPUT_CHANNELS, NATIVE_SIZE, Network};
 use limpid::network::{Backend, Inference};
 use limpid::{Error, Result};
@@ -55,15 +55,14 @@ fn main() -> Result<()> {
     // Any numbers in [0, 1] will do: no kernel's time depends on them.
     let count = INPUT_CHANNELS * NATIVE_SIZE[0] * NATIVE_SIZE[1];
     let input: Vec<f32> = (0..count).map(|i| ((i * 7919) % 1009) as f32 / 1009.0).collect();
-    let adapter = Chosen::find(None)?;
-    let best = Backend::of(&adapter);
+    let context = Context::open(None, has("--passes"))?;
+    let best = Backend::of(&context);
     let backend = Backend {
         textures: best.textures && !has("--buffers"),
         subgroups: best.subgroups && !has("--no-subgroups"),
     };
     let start = Instant::now();
-    let open = |plan: &limpid::gpu::Plan| adapter.open(&plan.requirements(), has("--passes"));
-    let mut inference = Inference::build(network, size, false, backend, open)?;
+    let mut inference = Inference::build(network, size, false, backend, &context)?;
     let first = inference.run(&input)?;
     let first_ms = start.elapsed().as_secs_f64() * 1e3;
     if has("--passes") {

@@ -6,7 +6,7 @@ use crate::base::Result;
 use crate::base::seconds_between;
 use crate::config::{Config, Method};
 use crate::frame::Options;
-use crate::gpu::{Chosen, Executor, Plan};
+use crate::gpu::{Context, Executor, Plan};
 use crate::map::Window;
 use crate::receive::{Pending, check_fit, check_pose, check_recalibration, load_drm};
 use crate::sensor::RgbdFrame;
@@ -79,12 +79,11 @@ impl Pipeline {
         config.validate()?;
         let config = &config.resolved(options.color.is_some());
         first.depth.camera.validate()?;
-        let adapter = Chosen::find(options.adapter.as_deref())?;
-        let drm = load_drm(config, options, &adapter)?;
+        let context = Context::open(options.adapter.as_deref(), options.profiling)?;
+        let drm = load_drm(config, options, &context)?;
         let job = options.job(config, first, drm);
         let stages = stages(&job);
         let plan = plan(&job, &stages)?;
-        let context = adapter.open(&plan.requirements(), options.profiling)?;
         let executor = Executor::build(&context, plan)?;
         Ok(Self { job, stages, executor, window: None, last_stamp_ns: None, pending: VecDeque::new() })
     }

@@ -8,8 +8,7 @@ use crate::base::Rigid;
 use crate::base::{Error, Result};
 use crate::config::{Config, Method};
 use crate::frame::{Counters, FrameImages, FrameLayers, FrameOutput, Options};
-use crate::gpu::frame::FRAMES_IN_FLIGHT;
-use crate::gpu::{Chosen, Executor, Readback};
+use crate::gpu::{Context, Executor, FRAMES_IN_FLIGHT, Readback};
 use crate::map::Grid;
 use crate::network::Backend;
 use crate::network::weights::Network;
@@ -65,7 +64,7 @@ impl Pipeline {
 ///
 /// # Errors
 /// [`Error::Input`] without colour; those of reading weights.
-pub(crate) fn load_drm(config: &Config, options: &Options, adapter: &Chosen) -> Result<Option<Drm>> {
+pub(crate) fn load_drm(config: &Config, options: &Options, context: &Context) -> Result<Option<Drm>> {
     if config.method != Method::Drm {
         return Ok(None);
     }
@@ -79,7 +78,7 @@ pub(crate) fn load_drm(config: &Config, options: &Options, adapter: &Chosen) -> 
         "" => Network::shipped()?,
         file => Network::read(std::path::Path::new(file))?,
     };
-    Ok(Some(Drm { network: Arc::new(network), backend: Backend::of(adapter) }))
+    Ok(Some(Drm { network: Arc::new(network), backend: Backend::of(context) }))
 }
 
 /// Refuses a pose with a NaN or an infinity, and a missing one.

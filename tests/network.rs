@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::path::PathBuf;
 
 use limpid::Error;
-use limpid::gpu::{Chosen, Plan};
+
 use limpid::network::weights::Network;
 use limpid::network::{Backend, BlockOutput, Inference};
 use safetensors::SafeTensors;
@@ -12,7 +12,7 @@ use safetensors::SafeTensors;
 use crate::reference::network::infer;
 use crate::support::compare::{Tolerance, assert_close, compare};
 use crate::support::data_dir;
-use crate::support::gpu::skipped;
+use crate::support::gpu::{context, skipped};
 use crate::support::random::Random;
 
 /// Another order of some hundred additions of numbers around 1.
@@ -35,8 +35,7 @@ fn size(input: &(Vec<usize>, Vec<f32>)) -> [u32; 2] {
 }
 
 fn build(network: &Network, size: [u32; 2], keep_all: bool, backend: Backend) -> limpid::Result<Inference> {
-    let open = |plan: &Plan| Chosen::find(None)?.open(&plan.requirements(), false);
-    Inference::build(network.clone(), size, keep_all, backend, open)
+    Inference::build(network.clone(), size, keep_all, backend, &context())
 }
 
 /// Compares every block's output with the stored one of its name.
@@ -113,7 +112,7 @@ fn control_one_perturbed_weight_fails_the_comparison() {
     }
     let (network, stored) = (Network::from_bytes(WEIGHTS).unwrap(), tensors(OUTPUTS));
     let input = &stored["input"];
-    let best = Backend::of(&Chosen::find(None).unwrap());
+    let best = Backend::of(&context());
     let mut inference = build(&network, size(input), true, best).unwrap();
     for (block, shape) in network.blocks.iter().enumerate() {
         let others = [false, true].into_iter().filter(|&depthwise| !depthwise || shape.depthwise.is_some());
@@ -139,7 +138,7 @@ fn other_weights_compile_nothing() {
     }
     let (network, stored) = (Network::from_bytes(WEIGHTS).unwrap(), tensors(OUTPUTS));
     let input = &stored["input"];
-    let best = Backend::of(&Chosen::find(None).unwrap());
+    let best = Backend::of(&context());
     let other = perturbed(&network, 3, true, 0, 1.0);
     let mut inference = build(&network, size(input), false, best).unwrap();
     let counts = |inference: &Inference| {
@@ -209,7 +208,7 @@ fn wrong_inputs_are_refused_by_name() {
         return;
     }
     let network = Network::from_bytes(WEIGHTS).unwrap();
-    let best = Backend::of(&Chosen::find(None).unwrap());
+    let best = Backend::of(&context());
     for size in [[12, 22], [10, 20], [0, 4], [4, 0], [1, 1]] {
         refused(build(&network, size, false, best), "is no multiple of 4 both ways");
     }

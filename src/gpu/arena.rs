@@ -12,8 +12,8 @@ pub enum Kind {
     Host,
     /// Filled once.
     Fixed,
-    /// One buffer kept from frame to frame.
-    State,
+    /// One buffer of the store, kept from submission to submission.
+    Resident,
     /// Scratch buffers, by lifetime.
     Scratch,
 }
@@ -26,6 +26,13 @@ pub struct Arena {
     /// Size in bytes.
     pub bytes: u64,
     members: Vec<BufferId>,
+}
+
+impl Arena {
+    /// The resident buffer that it is, if it is one.
+    pub(crate) fn resident(&self) -> Option<BufferId> {
+        self.members.first().copied().filter(|_| self.kind == Kind::Resident)
+    }
 }
 
 /// Where a buffer lies.
@@ -56,7 +63,7 @@ impl Layout {
             match plan.buffers()[id.0].role {
                 Role::Uniform(..) | Role::Upload => layout.append(plan, id, Kind::Host, alignment),
                 Role::Fixed(_) => layout.append(plan, id, Kind::Fixed, alignment),
-                Role::State => layout.open(plan, id, Kind::State),
+                Role::State => layout.open(plan, id, Kind::Resident),
                 Role::Scratch => {}
             }
         }

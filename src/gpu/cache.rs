@@ -2,9 +2,8 @@
 
 use std::path::PathBuf;
 
-use crate::gpu::context::Context;
-
 /// A pipeline cache with the file it is kept in; empty where the driver offers none.
+#[derive(Debug)]
 pub(crate) struct PipelineStore {
     cache: Option<wgpu::PipelineCache>,
     file: Option<PathBuf>,
@@ -12,12 +11,11 @@ pub(crate) struct PipelineStore {
 
 impl PipelineStore {
     /// Reads `$XDG_CACHE_HOME/limpid/<adapter key>` (or `~/.cache/...`) where it exists.
-    pub(crate) fn open(context: &Context) -> Self {
-        if !context.device.features().contains(wgpu::Features::PIPELINE_CACHE) {
+    pub(crate) fn open(device: &wgpu::Device, info: &wgpu::AdapterInfo) -> Self {
+        if !device.features().contains(wgpu::Features::PIPELINE_CACHE) {
             return Self { cache: None, file: None };
         }
-        let file =
-            wgpu::util::pipeline_cache_key(context.info()).and_then(|key| Some(cache_dir()?.join(key)));
+        let file = wgpu::util::pipeline_cache_key(info).and_then(|key| Some(cache_dir()?.join(key)));
         let data = file.as_ref().and_then(|path| std::fs::read(path).ok());
         let descriptor =
             wgpu::PipelineCacheDescriptor { label: Some("limpid"), data: data.as_deref(), fallback: true };
@@ -26,7 +24,7 @@ impl PipelineStore {
             reason = "wgpu checks the header; only files this type wrote for this adapter are read"
         )]
         // SAFETY: the data comes from `get_data` of the same adapter key, written by `save` below.
-        let cache = unsafe { context.device.create_pipeline_cache(&descriptor) };
+        let cache = unsafe { device.create_pipeline_cache(&descriptor) };
         Self { cache: Some(cache), file }
     }
 

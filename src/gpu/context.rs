@@ -5,6 +5,8 @@ use std::sync::{Arc, Mutex, PoisonError};
 use wgpu::{Adapter, AdapterInfo, DeviceType, Features, Limits};
 
 use crate::base::{Error, Result};
+use crate::gpu::cache::PipelineStore;
+use crate::gpu::programs::Programs;
 
 /// What a device must offer to run a plan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -57,6 +59,7 @@ pub struct Context {
     info: AdapterInfo,
     reason: String,
     trouble: Arc<Mutex<Trouble>>,
+    pub(crate) programs: Arc<Programs>,
 }
 
 fn instance() -> wgpu::Instance {
@@ -127,28 +130,41 @@ pub fn adapters(name: Option<&str>) -> Result<Vec<AdapterReport>> {
     Ok(adapters.iter().enumerate().map(report).collect())
 }
 
-/// An adapter chosen to run on, not opened yet.
-#[derive(Debug)]
-pub struct Chosen {
-    adapter: Adapter,
-    info: AdapterInfo,
-    reason: String,
-}
-
 /// Subgroups are used where they hold at least this many invocations.
 const SUBGROUP_LANES: u32 = 8;
 
-impl Chosen {
-    /// The adapter of that name (part of its name or driver; else `LIMPID_ADAPTER`, else the best: real
-    /// GPUs before software).
+/// Largest buffer that is asked for, bytes.
+const MOST_BUFFER_BYTES: u64 = 1 << 30;
+
+impl Context {
+    /// Opens the adapter of that name (part of its name or driver; else `LIMPID_ADAPTER`, else the best: real GPUs before
+    /// software) with the limits it offers, buffers of up to 1 GiB, and of its features the pipeline cache, subgroups and,
+    /// for `profiling`, timestamps.
     ///
     /// # Errors
-    /// [`Error::NoAdapter`].
-    pub fn find(name: Option<&str>) -> Result<Self> {
+    /// [`Error::NoAdapter`], [`Error::Gpu`] where the driver refuses a device.
+    pub fn open(name: Option<&str>, profiling: bool) -> Result<Self> {
         let mut adapters = pollster::block_on(instance().enumerate_adapters(wgpu::Backends::VULKAN));
         let (chosen, reason) = choose(&adapters, wanted_name(name).as_deref())?;
         let adapter = adapters.swap_remove(chosen);
-        Ok(Self { info: adapter.get_info(), adapter, reason })
+        let info = adapter.get_info();
+        let mut features = Features::PIPELINE_CACHE | Features::SUBGROUP;
+        if profiling {
+            features |= Features::TIMESTAMP_QUERY;
+        }
+        let descriptor = wgpu::DeviceDescriptor {
+            label: Some("limpid"),
+            required_features: adapter.features() & features,
+            required_limits: limits_of(&adapter.limits()),
+            memory_hints: wgpu::MemoryHints::MemoryUsage,
+            ..Default::default()
+        };
+        let (device, queue) = pollster::block_on(adapter.request_device(&descriptor))
+            .map_err(|e| Error::Gpu { what: format!("opening {}", info.name), reason: e.to_string() })?;
+        let programs = Arc::new(Programs::new(PipelineStore::open(&device, &info)));
+        let context = Self { device, queue, info, reason, trouble: Arc::default(), programs };
+        context.listen();
+        Ok(context)
     }
 
     /// Whether the CPU runs it.
@@ -158,47 +174,21 @@ impl Chosen {
 
     /// Whether passes may exchange values across subgroups of at least eight invocations.
     pub fn has_subgroups(&self) -> bool {
-        self.adapter.features().contains(Features::SUBGROUP) && self.info.subgroup_min_size >= SUBGROUP_LANES
+        self.device.features().contains(Features::SUBGROUP) && self.info.subgroup_min_size >= SUBGROUP_LANES
     }
 
-    /// Opens it: checks that it offers what `needs` asks for, and takes no features but the pipeline cache,
-    /// subgroups where they are needed and, for `profiling`, timestamps. Buffer limits are those of the
-    /// adapter, up to 1 GiB.
+    /// Refuses a plan that needs more than the device offers.
     ///
     /// # Errors
-    /// [`Error::Limit`] where the adapter offers too little, [`Error::Gpu`] where the driver refuses a device.
-    pub fn open(self, needs: &Requirements, profiling: bool) -> Result<Context> {
-        let Self { adapter, info, reason } = self;
-        let limits = limits_for(&info.name, &adapter.limits(), needs)?;
-        let mut features = adapter.features() & Features::PIPELINE_CACHE;
-        if profiling {
-            features |= adapter.features() & Features::TIMESTAMP_QUERY;
+    /// [`Error::Limit`] that names the limit.
+    pub(crate) fn check_limits(&self, needs: &Requirements) -> Result<()> {
+        check_limits(&self.info.name, &self.device.limits(), needs)?;
+        if needs.subgroups && !self.has_subgroups() {
+            let mend = "use another adapter (`limpid info` lists them)";
+            let adapter = self.info.name.clone();
+            return Err(Error::Limit { adapter, limit: "subgroup size", available: 0, needed: 8, mend });
         }
-        if needs.subgroups {
-            features |= Features::SUBGROUP;
-        }
-        let descriptor = wgpu::DeviceDescriptor {
-            label: Some("limpid"),
-            required_features: features,
-            required_limits: limits,
-            memory_hints: wgpu::MemoryHints::MemoryUsage,
-            ..Default::default()
-        };
-        let (device, queue) = pollster::block_on(adapter.request_device(&descriptor))
-            .map_err(|e| Error::Gpu { what: format!("opening {}", info.name), reason: e.to_string() })?;
-        let context = Context { device, queue, info, reason, trouble: Arc::default() };
-        context.listen();
-        Ok(context)
-    }
-}
-
-impl Context {
-    /// Finds an adapter as [`Chosen::find`] and opens it as [`Chosen::open`].
-    ///
-    /// # Errors
-    /// [`Error::NoAdapter`], [`Error::Limit`], [`Error::Gpu`].
-    pub fn open(name: Option<&str>, needs: &Requirements, profiling: bool) -> Result<Self> {
-        Chosen::find(name)?.open(needs, profiling)
+        Ok(())
     }
 
     /// Keeps errors that wgpu reports outside of any call, so that the next call returns them.
@@ -248,7 +238,7 @@ impl Context {
     }
 }
 
-fn limits_for(adapter: &str, offered: &Limits, needs: &Requirements) -> Result<Limits> {
+fn check_limits(adapter: &str, offered: &Limits, needs: &Requirements) -> Result<()> {
     let smaller = "use a smaller image or map, or another adapter (`limpid info` lists them)";
     let check = |limit, available: u64, needed: u64| {
         if available >= needed {
@@ -283,13 +273,23 @@ fn limits_for(adapter: &str, offered: &Limits, needs: &Requirements) -> Result<L
         "max_compute_workgroups_per_dimension",
         offered.max_compute_workgroups_per_dimension.into(),
         needs.workgroups.into(),
-    )?;
-    let mut limits = Limits::downlevel_defaults();
-    limits.max_storage_buffer_binding_size = offered.max_storage_buffer_binding_size.min(1 << 30);
-    limits.max_buffer_size = offered.max_buffer_size.min(1 << 30);
-    limits.max_storage_buffers_per_shader_stage = offered.max_storage_buffers_per_shader_stage.min(8);
-    limits.max_texture_dimension_2d = limits.max_texture_dimension_2d.max(needs.texture_side);
-    limits.max_texture_array_layers = limits.max_texture_array_layers.max(needs.texture_layers);
-    limits.max_compute_invocations_per_workgroup = offered.max_compute_invocations_per_workgroup.min(256);
-    Ok(limits)
+    )
+}
+
+/// What is asked for of what an adapter offers.
+fn limits_of(offered: &Limits) -> Limits {
+    let defaults = Limits::downlevel_defaults();
+    Limits {
+        max_storage_buffer_binding_size: offered.max_storage_buffer_binding_size.min(MOST_BUFFER_BYTES),
+        max_buffer_size: offered.max_buffer_size.min(MOST_BUFFER_BYTES),
+        max_storage_buffers_per_shader_stage: offered.max_storage_buffers_per_shader_stage,
+        max_storage_textures_per_shader_stage: offered.max_storage_textures_per_shader_stage,
+        max_texture_dimension_2d: offered.max_texture_dimension_2d,
+        max_texture_array_layers: offered.max_texture_array_layers,
+        max_compute_invocations_per_workgroup: offered.max_compute_invocations_per_workgroup,
+        max_compute_workgroup_size_x: offered.max_compute_workgroup_size_x,
+        max_compute_workgroup_size_y: offered.max_compute_workgroup_size_y,
+        max_compute_workgroups_per_dimension: offered.max_compute_workgroups_per_dimension,
+        ..defaults
+    }
 }

@@ -4,10 +4,9 @@ use std::sync::Arc;
 
 use crate::base::{Error, Result};
 use crate::gpu::arena::{Arena, Kind, Layout};
-use crate::gpu::cache::PipelineStore;
 use crate::gpu::context::Context;
 use crate::gpu::plan::{BufferDecl, Extent, Plan, Step};
-use crate::gpu::shader::Shader;
+use crate::gpu::store::Store;
 
 /// A compiled pass with its buffers.
 pub(crate) struct Dispatch {
@@ -18,6 +17,8 @@ pub(crate) struct Dispatch {
     /// For the frame being written.
     pub(crate) workgroups: [u32; 3],
     pub(crate) workgroup_size: [u32; 3],
+    /// Scope in which the step was appended.
+    pub(crate) scope: Arc<str>,
     pub(crate) name: Arc<str>,
 }
 
@@ -37,13 +38,20 @@ pub(crate) struct Memory {
     pub(crate) textures: Vec<Option<wgpu::Texture>>,
 }
 
-/// Allocates all of it.
-pub(crate) fn allocate(context: &Context, plan: &Plan, layout: &Layout) -> Memory {
-    let texture = |decl: &BufferDecl| Some(allocate_texture(context, decl, decl.texture?));
-    Memory {
-        buffers: layout.arenas.iter().map(|arena| allocate_arena(context, arena)).collect(),
+/// Allocates all of it but the resident buffers, which are the store's.
+///
+/// # Errors
+/// [`Error::Plan`] where the store has a resident buffer of another size.
+pub(crate) fn allocate(store: &Store, plan: &Plan, layout: &Layout) -> Result<Memory> {
+    let texture = |decl: &BufferDecl| Some(allocate_texture(store.context(), decl, decl.texture?));
+    let buffer = |arena: &Arena| match arena.resident() {
+        Some(id) => store.resident(&plan.buffers()[id.0].name, arena.bytes),
+        None => Ok(allocate_arena(store.context(), arena)),
+    };
+    Ok(Memory {
+        buffers: layout.arenas.iter().map(buffer).collect::<Result<_>>()?,
         textures: plan.buffers().iter().map(texture).collect(),
-    }
+    })
 }
 
 fn allocate_arena(context: &Context, arena: &Arena) -> wgpu::Buffer {
@@ -51,7 +59,7 @@ fn allocate_arena(context: &Context, arena: &Arena) -> wgpu::Buffer {
     let (label, uniform) = match arena.kind {
         Kind::Host => ("host", U::UNIFORM),
         Kind::Fixed => ("fixed", U::empty()),
-        Kind::State => ("state", U::empty()),
+        Kind::Resident => ("resident", U::empty()),
         Kind::Scratch => ("scratch", U::empty()),
     };
     context.device.create_buffer(&wgpu::BufferDescriptor {
@@ -82,33 +90,20 @@ pub(crate) fn size_of_texture(extent: Extent) -> wgpu::Extent3d {
     wgpu::Extent3d { width, height, depth_or_array_layers: layers }
 }
 
-/// Compiles the pass of `step` and binds its buffers.
+/// Binds the buffers of `step` to its program.
 ///
 /// # Errors
 /// [`Error::Gpu`] that names the pass.
-pub(crate) fn compile(
+pub(crate) fn bind(
     context: &Context,
     step: &Step,
+    pipeline: wgpu::ComputePipeline,
     plan: &Plan,
     layout: &Layout,
     memory: &Memory,
-    store: &PipelineStore,
 ) -> Result<Dispatch> {
     let device = &context.device;
-    let label = Some(step.shader.name.as_str());
     let scope = device.push_error_scope(wgpu::ErrorFilter::Validation);
-    let module = create_module(device, &step.shader);
-    let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-        label,
-        layout: None,
-        module: &module,
-        entry_point: Some(&step.shader.entry_point),
-        compilation_options: wgpu::PipelineCompilationOptions {
-            constants: &step.constants,
-            zero_initialize_workgroup_memory: false,
-        },
-        cache: store.cache(),
-    });
     let views: Vec<_> = step.uses().map(|(_, id)| memory.textures[id.0].as_ref().map(view)).collect();
     let entries: Vec<_> = step
         .uses()
@@ -127,6 +122,7 @@ pub(crate) fn compile(
         })
         .collect();
     let bind_layout = pipeline.get_bind_group_layout(0);
+    let label = Some(step.shader.name.as_str());
     let descriptor = wgpu::BindGroupDescriptor { label, layout: &bind_layout, entries: &entries };
     let bind_group = device.create_bind_group(&descriptor);
     match pollster::block_on(scope.pop()) {
@@ -137,25 +133,10 @@ pub(crate) fn compile(
             planned: step.workgroups,
             workgroups: step.workgroups,
             workgroup_size: step.shader.workgroup_size,
+            scope: step.scope.as_str().into(),
             name: step.shader.name.as_str().into(),
         }),
     }
-}
-
-#[expect(
-    unsafe_code,
-    reason = "only wgpu's guard of loops is left out, and only where all are proven to end"
-)]
-fn create_module(device: &wgpu::Device, shader: &Shader) -> wgpu::ShaderModule {
-    let source = wgpu::ShaderSource::Wgsl(shader.source.as_str().into());
-    let descriptor = wgpu::ShaderModuleDescriptor { label: Some(&shader.name), source };
-    if !shader.counted_loops {
-        return device.create_shader_module(descriptor);
-    }
-    let mut checks = wgpu::ShaderRuntimeChecks::checked();
-    checks.force_loop_bounding = false;
-    // SAFETY: all other checks stay on, and `gpu::loops` has proven that every loop ends.
-    unsafe { device.create_shader_module_trusted(descriptor, checks) }
 }
 
 fn view(texture: &wgpu::Texture) -> wgpu::TextureView {

@@ -42,7 +42,7 @@ impl Extent {
 /// A declared buffer, or texture.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct BufferDecl {
-    /// The name by which passes bind it.
+    /// The name by which passes bind it, after the scope that it was declared in, as in `front/depth_m`.
     pub name: String,
     /// Size in bytes, a multiple of 4.
     pub bytes: u64,
@@ -86,6 +86,8 @@ impl Invocations {
 /// One dispatch.
 #[derive(Debug, Clone)]
 pub struct Step {
+    /// Scope in which its buffers were looked up first; empty: none.
+    pub scope: String,
     /// The pass.
     pub shader: Shader,
     /// Workgroups along x, y and z.

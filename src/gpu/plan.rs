@@ -10,6 +10,12 @@ use crate::gpu::shader::{Access, Binding, Params, Shader, ShaderText};
 pub struct Plan {
     buffers: Vec<BufferDecl>,
     steps: Vec<Step>,
+    scope: String,
+}
+
+/// The name of a buffer of `scope`.
+pub(crate) fn scoped(scope: &str, name: &str) -> String {
+    if scope.is_empty() { name.into() } else { format!("{scope}/{name}") }
 }
 
 impl Plan {
@@ -21,6 +27,11 @@ impl Plan {
     /// Steps in order.
     pub fn steps(&self) -> &[Step] {
         &self.steps
+    }
+
+    /// What is declared from here on belongs to `scope` (a sensor's name), and is looked up there first; empty: to no scope.
+    pub fn enter(&mut self, scope: &str) {
+        self.scope = scope.into();
     }
 
     /// Declares the parameters of a pass.
@@ -53,6 +64,17 @@ impl Plan {
     /// [`Error::Plan`] where the name is taken or the size is 0.
     pub fn state(&mut self, name: &str, bytes: u64) -> Result<BufferId> {
         self.declare(name, bytes, Role::State)
+    }
+
+    /// Declares a resident buffer that belongs to no scope: all plans on one store share it.
+    ///
+    /// # Errors
+    /// [`Error::Plan`] where the name is taken or the size is 0.
+    pub fn shared(&mut self, name: &str, bytes: u64) -> Result<BufferId> {
+        let scope = std::mem::take(&mut self.scope);
+        let declared = self.declare(name, bytes, Role::State);
+        self.scope = scope;
+        declared
     }
 
     /// Declares a buffer that lives within a frame.
@@ -122,7 +144,8 @@ impl Plan {
     }
 
     fn declare(&mut self, name: &str, bytes: u64, role: Role) -> Result<BufferId> {
-        if self.find(name).is_some() {
+        let name = &scoped(&self.scope, name);
+        if self.buffers.iter().any(|buffer| buffer.name == *name) {
             return Err(plan_error(name, "is declared twice"));
         }
         if bytes == 0 {
@@ -142,9 +165,15 @@ impl Plan {
         Ok(BufferId(self.buffers.len() - 1))
     }
 
-    /// The buffer of that name.
+    /// The buffer of that name: of the scope that the plan is in, else of none.
     pub fn find(&self, name: &str) -> Option<BufferId> {
-        self.buffers.iter().position(|b| b.name == name).map(BufferId)
+        self.find_in(&self.scope, name)
+    }
+
+    /// The buffer of that name: of `scope`, else of none.
+    pub fn find_in(&self, scope: &str, name: &str) -> Option<BufferId> {
+        let named = |wanted: &str| self.buffers.iter().position(|buffer| buffer.name == wanted).map(BufferId);
+        named(&scoped(scope, name)).or_else(|| named(name))
     }
 
     /// Reads the buffer back after every frame.
@@ -188,7 +217,8 @@ impl Plan {
         if workgroups.contains(&0) {
             return Err(plan_error(&shader.name, "has nothing to do: an extent is 0"));
         }
-        self.steps.push(Step { shader, workgroups, buffers, constants: Vec::new() });
+        let scope = self.scope.clone();
+        self.steps.push(Step { scope, shader, workgroups, buffers, constants: Vec::new() });
         Ok(())
     }
 

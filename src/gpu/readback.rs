@@ -24,6 +24,18 @@ pub struct Readback {
 }
 
 impl Readback {
+    /// The ranges of a slot.
+    pub(crate) fn of(slot: &[u8], landings: Vec<Landing>) -> Self {
+        let mut data = Vec::with_capacity(landings.iter().map(|landing| bytes_of(landing.bytes)).sum());
+        let mut list = landings;
+        for landing in &mut list {
+            let start = bytes_of(landing.offset);
+            landing.offset = data.len() as u64;
+            data.extend_from_slice(slot.get(start..start + bytes_of(landing.bytes)).unwrap_or_default());
+        }
+        Self { data, landings: list, spans: Vec::new() }
+    }
+
     /// The bytes of a buffer that the plan reads back.
     ///
     /// # Errors
@@ -48,4 +60,8 @@ pub(crate) fn landings(plan: &Plan, timing: Option<&Timing>) -> (Vec<Landing>, u
         offset = (offset + bytes).next_multiple_of(16);
     }
     (list, offset)
+}
+
+fn bytes_of(bytes: u64) -> usize {
+    usize::try_from(bytes).unwrap_or(usize::MAX)
 }

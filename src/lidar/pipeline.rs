@@ -7,8 +7,7 @@ use super::{MAX_POINTS, ScanFrame, ScanJob, ScanMoment, ScanOptions, ScanOutput,
 use crate::base::seconds_between;
 use crate::base::{Error, Result};
 use crate::config::Config;
-use crate::gpu::frame::FRAMES_IN_FLIGHT;
-use crate::gpu::{Chosen, Executor, Plan};
+use crate::gpu::{Context, Executor, FRAMES_IN_FLIGHT, Plan, Store};
 use crate::map::Window;
 use crate::map::jumps::PoseTrack;
 use crate::map::pane_file::read_panes;
@@ -66,6 +65,7 @@ pub fn plan(job: &ScanJob, stages: &[Box<dyn ScanStage>]) -> Result<Plan> {
 pub struct ScanPipeline {
     job: ScanJob,
     stages: Vec<Box<dyn ScanStage>>,
+    store: Store,
     executor: Executor,
     window: Option<Window>,
     track: PoseTrack,
@@ -93,11 +93,10 @@ impl ScanPipeline {
         };
         let stages = stages(&job);
         let plan = plan(&job, &stages)?;
-        let context =
-            Chosen::find(options.adapter.as_deref())?.open(&plan.requirements(), options.profiling)?;
-        let executor = Executor::build(&context, plan)?;
+        let store = Store::new(&Context::open(options.adapter.as_deref(), options.profiling)?);
+        let executor = store.build(plan)?;
         let (pending, ready, track) = (VecDeque::new(), VecDeque::new(), PoseTrack::default());
-        Ok(Self { job, stages, executor, window: None, track, pending, ready })
+        Ok(Self { job, stages, store, executor, window: None, track, pending, ready })
     }
 
     /// Starts a scan; returns at once. Receive first when [`ScanPipeline::is_full`].
@@ -140,8 +139,7 @@ impl ScanPipeline {
         }
         let stages = stages(&job);
         let plan = plan(&job, &stages)?;
-        let mut executor = Executor::build(self.executor.context(), plan)?;
-        executor.take_state(&self.executor)?;
+        let executor = self.store.build(plan)?;
         (self.job, self.stages, self.executor) = (job, stages, executor);
         Ok(())
     }

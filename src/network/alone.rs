@@ -3,7 +3,7 @@
 use bytemuck::{cast_slice, pod_read_unaligned};
 
 use crate::base::{Error, Result};
-use crate::gpu::{Chosen, Context, Executor, Invocations, Plan, Readback};
+use crate::gpu::{Context, Executor, Invocations, Plan, Readback};
 use crate::network::kernels::{Backend, Kernel};
 use crate::network::passes::{INPUT, OUTPUT, Passes};
 use crate::network::weights::{INPUT_CHANNELS, Network, Op};
@@ -31,32 +31,30 @@ pub struct BlockOutput {
 
 impl Inference {
     /// Builds the passes for inputs of `size` rows and columns on the adapter of that name (see
-    /// [`Chosen::find`]). `keep_all` reads every block's output back, not only the last.
+    /// [`Context::open`]). `keep_all` reads every block's output back, not only the last.
     ///
     /// # Errors
     /// [`Error::Input`] where the network cannot take that size; [`Error::NoAdapter`], [`Error::Limit`],
     /// [`Error::Gpu`].
     pub fn open(network: Network, size: [u32; 2], keep_all: bool, adapter: Option<&str>) -> Result<Self> {
-        let adapter = Chosen::find(adapter)?;
-        let backend = Backend::of(&adapter);
-        Self::build(network, size, keep_all, backend, |plan| adapter.open(&plan.requirements(), false))
+        let context = Context::open(adapter, false)?;
+        Self::build(network, size, keep_all, Backend::of(&context), &context)
     }
 
-    /// The same with a given backend, on the context that `open` gives for the plan.
+    /// The same with a given backend, on a device that is open already.
     ///
     /// # Errors
-    /// Those of [`Inference::open`], and of `open`.
+    /// Those of [`Inference::open`].
     pub fn build(
         network: Network,
         size: [u32; 2],
         keep_all: bool,
         backend: Backend,
-        open: impl FnOnce(&Plan) -> Result<Context>,
+        context: &Context,
     ) -> Result<Self> {
         let passes = Passes { network: &network, size, backend, keep_all };
         let plan = plan(&passes)?;
-        let context = open(&plan)?;
-        let executor = Executor::build(&context, plan)?;
+        let executor = Executor::build(context, plan)?;
         Ok(Self { network, size, backend, keep_all, executor, pass_ms: Vec::new() })
     }
 

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use crate::gpu::{Chosen, ShaderText};
+use crate::gpu::{Context, ShaderText};
 
 /// How kernels reach tensors and weights; the arithmetic is the same for all.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -15,8 +15,8 @@ pub struct Backend {
 
 impl Backend {
     /// What suits that adapter.
-    pub fn of(adapter: &Chosen) -> Self {
-        Self { textures: adapter.is_software(), subgroups: adapter.has_subgroups() }
+    pub fn of(context: &Context) -> Self {
+        Self { textures: context.is_software(), subgroups: context.has_subgroups() }
     }
 
     /// Every combination.

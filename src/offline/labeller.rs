@@ -3,7 +3,7 @@
 use crate::base::Rigid;
 use crate::base::{Error, Result};
 use crate::config::Config;
-use crate::gpu::{Chosen, Executor, Plan};
+use crate::gpu::{Context, Executor, Plan, Store};
 use crate::map::Pane;
 use crate::map::glass::LabelledScan;
 use crate::map::jumps::PoseTrack;
@@ -19,6 +19,7 @@ const CAPACITY_STEP: u32 = 4096;
 pub struct Labeller {
     config: Config,
     glass: Glass,
+    store: Store,
     executor: Executor,
     capacity: u32,
     load: Option<Vec<Pane>>,
@@ -36,10 +37,10 @@ impl Labeller {
         let capacity = roomy(first.points.len())?;
         let glass = Glass { grid: BeamGrid::of_scan(first)?, load: Vec::new() };
         let plan = plan(&glass, config, capacity)?;
-        let context = Chosen::find(adapter)?.open(&plan.requirements(), profiling)?;
-        let executor = Executor::build(&context, plan)?;
+        let store = Store::new(&Context::open(adapter, profiling)?);
+        let executor = store.build(plan)?;
         let (load, track) = (None, PoseTrack::default());
-        Ok(Self { config: config.clone(), glass, executor, capacity, load, track })
+        Ok(Self { config: config.clone(), glass, store, executor, capacity, load, track })
     }
 
     /// Panes to begin with, in the frame of the poses; they replace those that are kept.
@@ -68,9 +69,7 @@ impl Labeller {
         }
         let capacity = roomy(points)?;
         let plan = plan(&self.glass, &self.config, capacity)?;
-        let mut executor = Executor::build(self.executor.context(), plan)?;
-        executor.take_state(&self.executor)?;
-        (self.executor, self.capacity) = (executor, capacity);
+        (self.executor, self.capacity) = (self.store.build(plan)?, capacity);
         Ok(())
     }
 

@@ -4,7 +4,7 @@ use bytemuck::{cast_slice, pod_read_unaligned};
 use glam::{DVec2, DVec3, Vec2};
 
 use crate::base::{Error, Result};
-use crate::gpu::{Chosen, Executor, Invocations, Plan};
+use crate::gpu::{Context, Executor, Invocations, Plan};
 use crate::lidar::ScanOutput;
 use crate::stage::map::trajectory_cost::{ROLL_OUT, RollOutParams, SUM, SumParams};
 use crate::stage::single;
@@ -81,7 +81,7 @@ impl Scorer {
             return Err(bad(reason));
         }
         let (rolled, given) = (plan(side, candidates, places, true)?, plan(side, candidates, places, false)?);
-        let context = Chosen::find(adapter)?.open(&rolled.requirements(), false)?;
+        let context = Context::open(adapter, false)?;
         let (rolled, given) = (Executor::build(&context, rolled)?, Executor::build(&context, given)?);
         Ok(Self { rolled, given, side, candidates, places })
     }

@@ -141,8 +141,7 @@ impl Simulator {
     /// [`Error::Config`] with the key of the scene, [`Error::NoAdapter`], [`Error::Limit`], [`Error::Gpu`].
     pub fn open(scene: &Scene, adapter: Option<&str>, profiling: bool) -> Result<Self> {
         scene.validate()?;
-        let plan = plan(scene)?;
-        let context = Context::open(adapter, &plan.requirements(), profiling)?;
+        let context = Context::open(adapter, profiling)?;
         Self::with_context(scene, &context)
     }
 

@@ -4,7 +4,6 @@ use limpid::Config;
 use limpid::base::Rigid;
 use limpid::config::Method;
 use limpid::frame::Options;
-use limpid::gpu::Chosen;
 use limpid::network::weights::{NATIVE_SIZE, Network};
 use limpid::network::{Backend, Inference};
 use limpid::pipeline::Pipeline;
@@ -12,6 +11,7 @@ use limpid::sensor::{ColorImage, DepthSamples, RgbdFrame};
 
 use crate::reference;
 use crate::support::compare::{Tolerance, assert_close};
+use crate::support::gpu::context;
 use crate::support::gpu::skipped;
 use crate::support::random::Random;
 use crate::support::run::{all, step};
@@ -70,10 +70,8 @@ fn reliability_is_the_networks() {
     if skipped() {
         return;
     }
-    let adapter = Chosen::find(None).unwrap();
     let size = NATIVE_SIZE.map(|extent| extent as u32);
-    let open = |plan: &limpid::gpu::Plan| Chosen::find(None)?.open(&plan.requirements(), false);
-    let mut alone = Inference::build(network(), size, false, Backend::of(&adapter), open).unwrap();
+    let mut alone = Inference::build(network(), size, false, Backend::of(&context()), &context()).unwrap();
     let mut pipeline = Pipeline::open(&config(), &frame(0), &options(&frame(0))).unwrap();
     let mut before = vec![0.0; NATIVE_SIZE[0] * NATIVE_SIZE[1]];
     for index in 0..3 {

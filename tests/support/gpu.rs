@@ -1,7 +1,7 @@
 //! Runs one pass on given data: a plan of that pass alone, whose outputs hold a sentinel before it.
 
-use std::cell::RefCell;
 use std::collections::HashMap;
+use std::sync::OnceLock;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use bytemuck::{Pod, bytes_of, cast_slice, pod_read_unaligned};
@@ -60,15 +60,10 @@ pub(crate) fn skipped() -> bool {
     skip
 }
 
-/// The device of this thread, and so of this test alone: an error that wgpu reports fails the test that caused it.
-fn context(plan: &Plan) -> limpid::Result<Context> {
-    thread_local!(static CONTEXT: RefCell<Option<Context>> = const { RefCell::new(None) });
-    CONTEXT.with_borrow_mut(|kept| {
-        if kept.is_none() {
-            *kept = Some(Context::open(None, &plan.requirements(), false)?);
-        }
-        Ok(kept.clone().unwrap())
-    })
+/// The device that all stage tests share: what wgpu refuses is the error of the call that caused it.
+pub(crate) fn context() -> Context {
+    static CONTEXT: OnceLock<Context> = OnceLock::new();
+    CONTEXT.get_or_init(|| Context::open(None, false).unwrap()).clone()
 }
 
 /// A pass under construction, with the data of its buffers.
@@ -174,8 +169,7 @@ impl Fragment {
             self.plan.step(UNPACK_TEXELS, Invocations::line(*texels), &names)?;
             self.plan.read_back(&unpacked)?;
         }
-        let context = context(&self.plan)?;
-        let mut executor = Executor::build(&context, self.plan)?;
+        let mut executor = Executor::build(&context(), self.plan)?;
         let mut input = executor.begin()?;
         for (name, data) in &self.inputs {
             input.write(name, data)?;

@@ -64,7 +64,7 @@ impl Maker {
         let color = color_stage(&job);
         let targets = Targets { rule: request.rule, truth };
         let plan = plan(&job, &request.rule, truth)?;
-        let context = Context::open(request.adapter.as_deref(), &plan.requirements(), false)?;
+        let context = Context::open(request.adapter.as_deref(), false)?;
         let executor = Executor::build(&context, plan)?;
         let every = request.every.max(1);
         Ok(Self { job, color, targets, every, executor, kept: VecDeque::new(), pushed: 0, next: 0 })

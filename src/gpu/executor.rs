@@ -6,13 +6,13 @@ use std::time::Duration;
 
 use crate::base::{Error, Result};
 use crate::gpu::arena::{Kind, Layout, Place};
-use crate::gpu::cache::PipelineStore;
 use crate::gpu::context::Context;
-use crate::gpu::dispatch::{Dispatch, Memory, allocate, compile, size_of_texture};
+use crate::gpu::dispatch::{Dispatch, Memory, allocate, bind, size_of_texture};
 use crate::gpu::input::FrameInput;
-use crate::gpu::plan::{BufferId, Plan, Role};
+use crate::gpu::plan::{BufferId, Plan, Role, scoped};
 use crate::gpu::readback::{Landing, Readback, landings};
 use crate::gpu::ring::Slot;
+use crate::gpu::store::Store;
 use crate::gpu::timing::Timing;
 use crate::gpu::upload::TextureUpload;
 
@@ -25,6 +25,8 @@ const TIMEOUT: Duration = Duration::from_secs(60);
 struct InFlight {
     slot: usize,
     index: wgpu::SubmissionIndex,
+    /// What it reads back, and how much of it.
+    landings: Vec<Landing>,
 }
 
 /// A built plan.
@@ -37,6 +39,8 @@ pub struct Executor {
     staging: Vec<Slot>,
     landing: Vec<Slot>,
     landings: Vec<Landing>,
+    /// Of the frame being written.
+    pub(crate) landings_now: Vec<Landing>,
     timing: Option<Timing>,
     host_arena: Option<usize>,
     pub(crate) texture_uploads: Vec<TextureUpload>,
@@ -45,22 +49,33 @@ pub struct Executor {
 }
 
 impl Executor {
-    /// Checks the plan, allocates, compiles every pass and runs them once on zeros (drivers compile at
-    /// the first dispatch), then clears what is kept.
+    /// Builds a plan on a store of its own; see [`Store::build`].
     ///
     /// # Errors
-    /// [`Error::Plan`], [`Error::Gpu`], [`Error::DeviceLost`].
+    /// As [`Store::build`].
     pub fn build(context: &Context, plan: Plan) -> Result<Self> {
+        Store::new(context).build(plan)
+    }
+
+    /// Checks the plan, allocates, compiles the passes and runs them once on zeros (drivers compile at the first dispatch);
+    /// what is resident holds afterwards what it held before.
+    ///
+    /// # Errors
+    /// [`Error::Plan`], [`Error::Limit`], [`Error::Gpu`], [`Error::DeviceLost`].
+    pub(crate) fn on(store: &Store, plan: Plan) -> Result<Self> {
         plan.check()?;
+        let context = store.context();
+        context.check_limits(&plan.requirements())?;
         let alignment = context.device.limits().min_storage_buffer_offset_alignment;
         let uniform_alignment = context.device.limits().min_uniform_buffer_offset_alignment;
         let layout = Layout::pack(&plan, u64::from(alignment.max(uniform_alignment)));
-        let memory = allocate(context, &plan, &layout);
-        let store = PipelineStore::open(context);
+        let memory = allocate(store, &plan, &layout)?;
+        let programs = context.programs.of(&context.device, plan.steps())?;
         let dispatches = plan
             .steps()
             .iter()
-            .map(|step| compile(context, step, &plan, &layout, &memory, &store))
+            .zip(programs)
+            .map(|(step, program)| bind(context, step, program, &plan, &layout, &memory))
             .collect::<Result<Vec<_>>>()?;
         let timing = Timing::new(context, u32::try_from(dispatches.len()).unwrap_or(0));
         let (landings, landing_bytes) = landings(&plan, timing.as_ref());
@@ -75,6 +90,7 @@ impl Executor {
             layout,
             memory,
             dispatches,
+            landings_now: landings.clone(),
             landings,
             timing,
             host_arena,
@@ -84,7 +100,7 @@ impl Executor {
         };
         executor.fill_fixed()?;
         executor.warm_up()?;
-        store.save();
+        context.programs.save();
         Ok(executor)
     }
 
@@ -97,68 +113,80 @@ impl Executor {
         Ok(())
     }
 
-    /// The buffer of that name.
+    /// The buffer of that name, of no scope.
     ///
     /// # Errors
-    /// [`Error::Input`] where the plan has none.
+    /// [`Error::Plan`] where the plan has none.
     pub fn find(&self, name: &str) -> Result<BufferId> {
-        let missing = || Error::Input { what: name.into(), reason: "the plan has no such buffer".into() };
-        self.plan.find(name).ok_or_else(missing)
+        self.find_in("", name)
     }
 
+    /// The buffer of that name: of `scope`, else of none.
+    ///
+    /// # Errors
+    /// [`Error::Plan`] where the plan has none.
+    pub fn find_in(&self, scope: &str, name: &str) -> Result<BufferId> {
+        let missing = || Error::Plan { pass: scoped(scope, name), reason: "is no buffer of the plan".into() };
+        self.plan.find_in(scope, name).ok_or_else(missing)
+    }
+
+    /// Runs the plan on zeros, and gives what is resident back what it held.
     fn warm_up(&mut self) -> Result<()> {
+        let kept: Vec<_> = self.residents().cloned().collect();
+        let copies: Vec<_> = kept.iter().map(|buffer| self.copy_of(buffer)).collect();
         for _ in 0..FRAMES_IN_FLIGHT {
             self.begin()?.submit()?;
         }
         while self.receive()?.is_some() {}
-        self.reset()
+        let mut encoder = self.context.device.create_command_encoder(&Default::default());
+        for (buffer, copy) in kept.iter().zip(&copies) {
+            encoder.copy_buffer_to_buffer(copy, 0, buffer, 0, Some(buffer.size()));
+        }
+        self.context.queue.submit([encoder.finish()]);
+        self.context.check("warming up")
     }
 
-    /// Sets every buffer that is kept from frame to frame back to zero.
+    fn residents(&self) -> impl Iterator<Item = &wgpu::Buffer> {
+        let arenas = self.layout.arenas.iter().zip(&self.memory.buffers);
+        arenas.filter(|(arena, _)| arena.kind == Kind::Resident).map(|(_, buffer)| buffer)
+    }
+
+    fn copy_of(&self, buffer: &wgpu::Buffer) -> wgpu::Buffer {
+        let copy = self.context.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("kept while warming up"),
+            size: buffer.size(),
+            usage: wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        let mut encoder = self.context.device.create_command_encoder(&Default::default());
+        encoder.copy_buffer_to_buffer(buffer, 0, &copy, 0, Some(buffer.size()));
+        self.context.queue.submit([encoder.finish()]);
+        copy
+    }
+
+    /// Sets every resident buffer of the plan back to zero.
     ///
     /// # Errors
     /// [`Error::Gpu`], [`Error::DeviceLost`].
     pub fn reset(&mut self) -> Result<()> {
         let mut encoder = self.context.device.create_command_encoder(&Default::default());
-        for (arena, buffer) in self.layout.arenas.iter().zip(&self.memory.buffers) {
-            if arena.kind == Kind::State {
-                encoder.clear_buffer(buffer, 0, None);
-            }
+        for buffer in self.residents() {
+            encoder.clear_buffer(buffer, 0, None);
         }
         self.context.queue.submit([encoder.finish()]);
         self.context.check("clearing the map")
     }
 
-    /// Takes over what is kept from frame to frame from another executor on the same device: every buffer of the
-    /// same name and size.
-    ///
-    /// # Errors
-    /// [`Error::Gpu`], [`Error::DeviceLost`].
-    pub fn take_state(&mut self, before: &Self) -> Result<()> {
-        let mut encoder = self.context.device.create_command_encoder(&Default::default());
-        for (id, buffer) in self.plan.buffers().iter().enumerate().filter(|(_, b)| b.role == Role::State) {
-            let Some(old) = before.plan.find(&buffer.name) else { continue };
-            if before.plan.buffers()[old.0].bytes == buffer.bytes {
-                let [to, from] = [self.layout.places[id], before.layout.places[old.0]];
-                let source = &before.memory.buffers[from.arena];
-                let target = &self.memory.buffers[to.arena];
-                encoder.copy_buffer_to_buffer(source, from.offset, target, to.offset, Some(buffer.bytes));
-            }
-        }
-        self.context.queue.submit([encoder.finish()]);
-        self.context.check("keeping the map")
-    }
-
     /// Replaces the content of a fixed buffer, from the next frame on.
     ///
     /// # Errors
-    /// [`Error::Input`] where the buffer is not fixed or the size differs.
+    /// [`Error::Plan`] where the buffer is not fixed or the size differs.
     pub fn rewrite_fixed(&self, name: &str, data: &[u8]) -> Result<()> {
         let id = self.find(name)?;
         let buffer = &self.plan.buffers()[id.0];
         if !matches!(buffer.role, Role::Fixed(_)) || buffer.bytes != data.len().next_multiple_of(4) as u64 {
             let reason = format!("{} bytes do not fit a fixed buffer of {}", data.len(), buffer.bytes);
-            return Err(Error::Input { what: buffer.name.clone(), reason });
+            return Err(Error::Plan { pass: buffer.name.clone(), reason });
         }
         if let (Some(extent), Some(texture)) = (buffer.texture, &self.memory.textures[id.0]) {
             let layout = wgpu::TexelCopyBufferLayout {
@@ -209,20 +237,17 @@ impl Executor {
             });
         }
         let slot = &self.staging[self.next_slot];
-        let deadline = std::time::Instant::now() + TIMEOUT;
-        while !slot.mapped()? {
-            self.poll(wgpu::PollType::Poll)?;
-            if std::time::Instant::now() > deadline {
-                return Err(Error::Gpu {
-                    what: "starting a frame".into(),
-                    reason: "staging never came free".into(),
-                });
-            }
-            std::thread::yield_now();
+        if !slot.mapped()? {
+            // The submission that used the slot is over, as fewer than all are in flight; its mapping may not be.
+            self.poll(wgpu::PollType::Wait { submission_index: None, timeout: Some(TIMEOUT) })?;
+        }
+        if !slot.mapped()? {
+            let reason = "staging did not come free".into();
+            return Err(Error::Gpu { what: "starting a frame".into(), reason });
         }
         let view = slot.buffer.slice(..).get_mapped_range_mut();
         let view = view.map_err(|e| Error::Gpu { what: "staging".into(), reason: e.to_string() })?;
-        Ok(FrameInput { executor: self, view })
+        Ok(FrameInput { executor: self, view, scope: String::new() })
     }
 
     fn poll(&self, how: wgpu::PollType) -> Result<()> {
@@ -247,7 +272,7 @@ impl Executor {
             None => self.encode_together(&mut encoder),
             Some(timing) => self.encode_timed(&mut encoder, timing),
         }
-        for landing in &self.landings {
+        for landing in &self.landings_now {
             let (source, offset) = match (&self.timing, self.plan.buffers().get(landing.id.0)) {
                 (_, Some(_)) => {
                     let place = self.layout.places[landing.id.0];
@@ -279,27 +304,46 @@ impl Executor {
         timing.resolve(encoder);
     }
 
-    /// Waits for the oldest frame under way; `None` when there is none.
+    /// Waits for the oldest frame under way, at most a minute; `None` when there is none.
     ///
     /// # Errors
-    /// [`Error::Gpu`] where it does not end in time, [`Error::DeviceLost`].
+    /// [`Error::Gpu`] where it does not end in time: that frame is given up, and frames submitted later can still be
+    /// received; [`Error::DeviceLost`].
     pub fn receive(&mut self) -> Result<Option<Readback>> {
-        let Some(InFlight { slot, index }) = self.in_flight.pop_front() else { return Ok(None) };
+        let Some(InFlight { slot, index, landings }) = self.in_flight.pop_front() else { return Ok(None) };
         self.poll(wgpu::PollType::Wait { submission_index: Some(index), timeout: Some(TIMEOUT) })?;
+        self.read(slot, landings).map(Some)
+    }
+
+    /// The oldest frame under way if it has ended; never waits.
+    ///
+    /// # Errors
+    /// [`Error::Gpu`], [`Error::DeviceLost`].
+    pub fn try_receive(&mut self) -> Result<Option<Readback>> {
+        let Some(front) = self.in_flight.front() else { return Ok(None) };
+        self.poll(wgpu::PollType::Poll)?;
+        if !self.landing[front.slot].mapped()? {
+            return Ok(None);
+        }
+        let Some(InFlight { slot, landings, .. }) = self.in_flight.pop_front() else { return Ok(None) };
+        self.read(slot, landings).map(Some)
+    }
+
+    /// What landed in a slot.
+    fn read(&self, slot: usize, landings: Vec<Landing>) -> Result<Readback> {
         if !self.landing[slot].mapped()? {
             return Err(Error::Gpu { what: "readback".into(), reason: "not mapped after its frame".into() });
         }
         let view = self.landing[slot].buffer.slice(..).get_mapped_range();
         let view = view.map_err(|e| Error::Gpu { what: "readback".into(), reason: e.to_string() })?;
-        let mut readback =
-            Readback { data: view.to_vec(), landings: self.landings.clone(), spans: Vec::new() };
+        let mut readback = Readback::of(&view, landings);
         drop(view);
         self.landing[slot].buffer.unmap();
         if let Some(timing) = &self.timing {
             let spans = timing.spans(readback.bytes(self.timing_id())?);
             readback.spans = self.dispatches.iter().map(|d| Arc::clone(&d.name)).zip(spans).collect();
         }
-        Ok(Some(readback))
+        Ok(readback)
     }
 
     fn timing_id(&self) -> BufferId {
@@ -309,6 +353,8 @@ impl Executor {
     /// Encodes and submits the frame whose inputs are written.
     pub(crate) fn launch(&mut self) -> Result<()> {
         let slot = self.next_slot;
+        // What wgpu refuses here is this frame's error, and not that of another user of the device.
+        let scope = self.context.device.push_error_scope(wgpu::ErrorFilter::Validation);
         self.staging[slot].buffer.unmap();
         let commands = self.encode(slot);
         for dispatch in &mut self.dispatches {
@@ -318,8 +364,12 @@ impl Executor {
         let index = self.context.queue.submit([commands]);
         self.staging[slot].request_map();
         self.landing[slot].request_map();
+        if let Some(error) = pollster::block_on(scope.pop()) {
+            return Err(Error::Gpu { what: "submitting a frame".into(), reason: error.to_string() });
+        }
         self.next_slot = (slot + 1) % FRAMES_IN_FLIGHT;
-        self.in_flight.push_back(InFlight { slot, index });
+        let landings = std::mem::replace(&mut self.landings_now, self.landings.clone());
+        self.in_flight.push_back(InFlight { slot, index, landings });
         self.context.check("submitting a frame")
     }
 }
