@@ -8,6 +8,7 @@ mod cli_drm;
 mod config;
 mod eval;
 mod glass;
+mod golden;
 mod lidar;
 mod map;
 mod network;

@@ -20,11 +20,15 @@ pub(crate) fn say(line: &str) {
     std::io::stderr().write_all(format!("{line}\n").as_bytes()).unwrap();
 }
 
-/// Folder of real recordings: `LIMPID_DATA`, by default `../shared/data`; `None`, said aloud (past libtest's
-/// capture), where absent.
-pub(crate) fn data_dir(needed: &str) -> Option<PathBuf> {
+/// Where a recording lies under the folder of real recordings: `LIMPID_DATA`, by default `../shared/data`.
+pub(crate) fn data_path(needed: &str) -> PathBuf {
     let root = std::env::var_os("LIMPID_DATA").map_or_else(|| PathBuf::from("../shared/data"), PathBuf::from);
-    let path = root.join(needed);
+    root.join(needed)
+}
+
+/// [`data_path`]; `None`, said aloud (past libtest's capture), where absent.
+pub(crate) fn data_dir(needed: &str) -> Option<PathBuf> {
+    let path = data_path(needed);
     if path.exists() {
         return Some(path);
     }
