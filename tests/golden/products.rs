@@ -3,10 +3,11 @@
 use std::path::Path;
 
 use limpid::Config;
-use limpid::frame::{FrameOutput, Grid, Options};
-use limpid::geometry::Rigid;
+use limpid::base::Rigid;
+use limpid::frame::{FrameOutput, Options};
+use limpid::input::{PosedScans, open};
 use limpid::lidar::{ScanOptions, ScanOutput, run_scans};
-use limpid::recording::{PosedScans, open};
+use limpid::map::Grid;
 use limpid::run::run;
 
 /// One product of one frame; those of later frames come later.
