@@ -241,7 +241,7 @@ impl Executor {
             // The submission that used the slot is over, as fewer than all are in flight; its mapping may not be.
             self.poll(wgpu::PollType::Wait { submission_index: None, timeout: Some(TIMEOUT) })?;
         }
-        if !slot.mapped()? {
+        if !slot.wait_mapped(TIMEOUT)? {
             let reason = "staging did not come free".into();
             return Err(Error::Gpu { what: "starting a frame".into(), reason });
         }
@@ -312,6 +312,10 @@ impl Executor {
     pub fn receive(&mut self) -> Result<Option<Readback>> {
         let Some(InFlight { slot, index, landings }) = self.in_flight.pop_front() else { return Ok(None) };
         self.poll(wgpu::PollType::Wait { submission_index: Some(index), timeout: Some(TIMEOUT) })?;
+        // Another thread's poll may be the one that hears of the mapping.
+        if !self.landing[slot].wait_mapped(TIMEOUT)? {
+            return Err(Error::Gpu { what: "readback".into(), reason: "not mapped after its frame".into() });
+        }
         self.read(slot, landings).map(Some)
     }
 
@@ -331,9 +335,6 @@ impl Executor {
 
     /// What landed in a slot.
     fn read(&self, slot: usize, landings: Vec<Landing>) -> Result<Readback> {
-        if !self.landing[slot].mapped()? {
-            return Err(Error::Gpu { what: "readback".into(), reason: "not mapped after its frame".into() });
-        }
         let view = self.landing[slot].buffer.slice(..).get_mapped_range();
         let view = view.map_err(|e| Error::Gpu { what: "readback".into(), reason: e.to_string() })?;
         let mut readback = Readback::of(&view, landings);

@@ -1,20 +1,42 @@
 //! Rings of mappable buffers: staging for uploads, landing for readback; a slot per frame in flight.
 
-use std::sync::Arc;
-use std::sync::atomic::{AtomicU8, Ordering};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
 
 use crate::base::{Error, Result};
 use crate::gpu::context::Context;
 
-const PENDING: u8 = 0;
-const MAPPED: u8 = 1;
-const FAILED: u8 = 2;
+/// How far the mapping of a slot is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Mapping {
+    Pending,
+    Mapped,
+    Failed,
+}
+
+/// A mapping, and a bell that rings when it changes: whichever thread polls the device may be the one to hear of it.
+#[derive(Debug)]
+struct State {
+    mapping: Mutex<Mapping>,
+    changed: Condvar,
+}
+
+impl State {
+    fn lock(&self) -> MutexGuard<'_, Mapping> {
+        self.mapping.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn set(&self, mapping: Mapping) {
+        *self.lock() = mapping;
+        self.changed.notify_all();
+    }
+}
 
 /// A buffer that the host maps, hands to the GPU, and maps again.
 pub(crate) struct Slot {
     pub(crate) buffer: wgpu::Buffer,
     mode: wgpu::MapMode,
-    state: Arc<AtomicU8>,
+    state: Arc<State>,
 }
 
 impl Slot {
@@ -41,16 +63,16 @@ impl Slot {
         let descriptor =
             wgpu::BufferDescriptor { label: Some(label), size: bytes.max(4), usage, mapped_at_creation };
         let buffer = context.device.create_buffer(&descriptor);
-        let state = Arc::new(AtomicU8::new(if mapped_at_creation { MAPPED } else { PENDING }));
-        Self { buffer, mode, state }
+        let mapping = Mutex::new(if mapped_at_creation { Mapping::Mapped } else { Mapping::Pending });
+        Self { buffer, mode, state: Arc::new(State { mapping, changed: Condvar::new() }) }
     }
 
     /// Asks for the mapping; it is there once the work that uses the buffer is done.
     pub(crate) fn request_map(&self) {
-        self.state.store(PENDING, Ordering::Release);
+        self.state.set(Mapping::Pending);
         let state = Arc::clone(&self.state);
         self.buffer.map_async(self.mode, .., move |result| {
-            state.store(if result.is_ok() { MAPPED } else { FAILED }, Ordering::Release);
+            state.set(if result.is_ok() { Mapping::Mapped } else { Mapping::Failed });
         });
     }
 
@@ -59,9 +81,23 @@ impl Slot {
     /// # Errors
     /// [`Error::Gpu`] where it failed.
     pub(crate) fn mapped(&self) -> Result<bool> {
-        match self.state.load(Ordering::Acquire) {
-            FAILED => Err(Error::Gpu { what: "mapping a buffer".into(), reason: "refused".into() }),
-            state => Ok(state == MAPPED),
-        }
+        is_mapped(*self.state.lock())
+    }
+
+    /// Waits for the mapping, which the end of the slot's submission brings; whether it came in time.
+    ///
+    /// # Errors
+    /// [`Error::Gpu`] where it failed.
+    pub(crate) fn wait_mapped(&self, most: Duration) -> Result<bool> {
+        let pending = |mapping: &mut Mapping| *mapping == Mapping::Pending;
+        let waited = self.state.changed.wait_timeout_while(self.state.lock(), most, pending);
+        is_mapped(*waited.unwrap_or_else(PoisonError::into_inner).0)
+    }
+}
+
+fn is_mapped(mapping: Mapping) -> Result<bool> {
+    match mapping {
+        Mapping::Failed => Err(Error::Gpu { what: "mapping a buffer".into(), reason: "refused".into() }),
+        other => Ok(other == Mapping::Mapped),
     }
 }
