@@ -1,6 +1,6 @@
 //! How long does a frame take, by method? `cargo bench --bench frame [-- RECORDING]`
 //!
-//! Prints the tables of `limpid bench` for every method, all on the same frames in one run.
+//! Prints the tables of `limpid bench` for every method, all on the same frames in one run; drm where they have colour.
 
 use std::path::PathBuf;
 
@@ -17,9 +17,11 @@ fn main() -> Result<()> {
     let config = Config::default();
     let frames = frames(limpid::input::open(&input, &config)?.as_mut(), SAMPLES)?;
     println!("{} frames of {}", frames.len(), input.display());
-    for method in [Method::Range, Method::Naive, Method::Median, Method::Temporal] {
+    let options = Options::default().with_color_of(frames.iter());
+    let drm = options.color.map(|_| Method::Drm);
+    for method in [Method::Range, Method::Naive, Method::Median, Method::Temporal].into_iter().chain(drm) {
         let config = Config { method, ..config.clone() };
-        println!("\n{}", bench(&config, &Options::default(), &frames, SAMPLES)?.table());
+        println!("\n{}", bench(&config, &options, &frames, SAMPLES)?.table());
     }
     Ok(())
 }

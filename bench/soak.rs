@@ -1,10 +1,12 @@
-//! Is memory flat over 10,000 frames? `cargo bench --bench soak [-- FRAMES]`
+//! Is memory flat over 10,000 frames? `cargo bench --bench soak [-- FRAMES] [drm]`
 //!
+//! Method range, or with `drm` that one.
 //! One pipeline; the recording is opened, decoded and written out anew every 30 frames, so that readers
 //! and writers are soaked too. Fails where host memory or any GPU count grows after the first tenth.
 
 use std::path::Path;
 
+use limpid::config::Method;
 use limpid::frame::{FrameOutput, Options};
 use limpid::output::{McapSink, Sink};
 use limpid::pipeline::Pipeline;
@@ -67,7 +69,8 @@ fn main() -> Result<()> {
     let wanted: u64 = std::env::args().skip(1).find_map(|argument| argument.parse().ok()).unwrap_or(10_000);
     let input = Path::new("testdata/room.mcap");
     let output = std::env::temp_dir().join(format!("limpid-soak-{}.mcap", std::process::id()));
-    let config = Config::default();
+    let drm = std::env::args().any(|argument| argument == "drm");
+    let config = Config { method: if drm { Method::Drm } else { Method::Range }, ..Config::default() };
     let first = limpid::input::open(input, &config)?.next_frame()?;
     let first = first.ok_or_else(|| Error::Empty { reason: "testdata/room.mcap is empty".into() })?;
     let options = Options { images: true, layers: true, ..Options::default() };

@@ -77,6 +77,8 @@ pub struct FrameLayers {
     pub occupancy: Vec<f32>,
     /// 1 in the occupied state, else 0.
     pub occupied: Vec<f32>,
+    /// 1 in the free state, else 0.
+    pub free: Vec<f32>,
 }
 
 /// One frame's result.

@@ -18,7 +18,8 @@ use crate::sensor::{DepthSamples, FramePose, RgbdFrame};
 use crate::stage::Job;
 use crate::stage::camera::drm::Drm;
 
-/// State of an occupied cell in bits 0-1, as in `shaders/lib/cell.wgsl`.
+/// States of a cell in bits 0-1, as in `shaders/lib/cell.wgsl`.
+const FREE: u32 = 1;
 const OCCUPIED: u32 = 2;
 
 impl Options {
@@ -246,10 +247,12 @@ impl Reader<'_> {
     fn layers(&self) -> Result<FrameLayers> {
         let state = self.words("state")?;
         let cells = state.len();
+        let cells_in = |wanted: u32| state.iter().map(|&s| if s & 3 == wanted { 1.0 } else { 0.0 }).collect();
         Ok(FrameLayers {
             evidence: self.floats("evidence", cells)?,
             occupancy: self.floats("occupancy", cells)?,
-            occupied: state.iter().map(|&s| if s & 3 == OCCUPIED { 1.0 } else { 0.0 }).collect(),
+            occupied: cells_in(OCCUPIED),
+            free: cells_in(FREE),
         })
     }
 }

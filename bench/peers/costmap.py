@@ -1,7 +1,8 @@
 """How do other programs fare on the same frames? python bench/peers/costmap.py RECORDING_DIR [--frames N] [--limpid BINARY]
 
 RECORDING_DIR is a TUM folder (depth.txt, groundtruth.txt, camera.yaml). Each peer takes metric depth and a pose and
-puts one frame into a map; decoding is not counted. Peers and limpid run in rounds, one process each for limpid.
+puts one frame into a map; decoding is not counted. Peers and limpid (method range: no network, as in the peers) run in
+rounds, one process each for limpid.
 
   numpy   back-projection and counts per cell, no clearing, no costs (numpy, scipy)
   numpy+edt   the same with Nav2's costs by scipy's exact distance transform
@@ -86,9 +87,9 @@ def timed(run, data):
 def limpid(binary, folder, count):
     with tempfile.TemporaryDirectory() as scratch:
         out = os.path.join(scratch, "bench.json")
-        subprocess.run([binary, "bench", str(folder), "--samples", str(count), "--json", out], check=True, capture_output=True)
+        subprocess.run([binary, "bench", str(folder), "--method", "range", "--samples", str(count), "--json", out], check=True, capture_output=True)
         report = json.load(open(out))
-    return report["wall"]["median_ms"], report["cpu"]["median_ms"], report["adapter"]
+    return report["wall"]["median_ms"], report["cpu"]["median_ms"], report["adapter"], report["method"]
 
 
 def main():
@@ -113,7 +114,7 @@ def main():
                 into.extend(samples)
     print(f"{len(data)} frames, {options.rounds} rounds, load {os.getloadavg()[0]:.1f}, {ours[0][2]}\n")
     print("| | wall median ms | CPU median ms |\n|---|---|---|")
-    print(f"| limpid (range, clearing, costs) | {statistics.median(o[0] for o in ours):.1f} | {statistics.median(o[1] for o in ours):.1f} |")
+    print(f"| limpid ({ours[0][3]}, clearing, costs) | {statistics.median(o[0] for o in ours):.1f} | {statistics.median(o[1] for o in ours):.1f} |")
     for name, (wall, cpu) in results.items():
         print(f"| {name} | {statistics.median(wall):.1f} | {statistics.median(cpu):.1f} |")
 

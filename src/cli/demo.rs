@@ -39,7 +39,8 @@ pub(crate) fn execute(arguments: &DemoArguments) -> Result<()> {
         ["room.mcap", "costmap.mcap", "pictures", "timing.md", "map"].map(|name| dir.join(name));
     std::fs::write(&input, ROOM).map_err(Error::file(&input))?;
     let config = Config::default();
-    let options = Options { adapter: arguments.adapter.clone(), images: true, ..Options::default() };
+    let options =
+        Options { adapter: arguments.adapter.clone(), images: true, layers: true, ..Options::default() };
     let outputs = Outputs { mcap: Some(&mcap), png: Some(&png), dump: None, shared: None };
     let mut room = limpid::input::open(&input, &config)?;
     let report = run_with_progress(room.as_mut(), 0..u64::MAX, &config, &options, &outputs)?;
@@ -48,7 +49,7 @@ pub(crate) fn execute(arguments: &DemoArguments) -> Result<()> {
         save_map(&map, last)?;
     }
     let frames = frames(limpid::input::open(&input, &config)?.as_mut(), SAMPLES)?;
-    let options = Options { images: false, ..options }.with_color_of(frames.iter());
+    let options = Options { images: false, layers: false, ..options }.with_color_of(frames.iter());
     let table = bench(&config, &options, &frames, SAMPLES)?.table();
     save(&timing, &table)?;
     println!("\n{table}");

@@ -91,7 +91,8 @@ fn run_camera(arguments: &RunArguments, config: &Config, shared: Option<McapSink
         adapter: arguments.common.adapter.clone(),
         profiling: arguments.timing,
         images: outputs.mcap.is_some() || outputs.png.is_some() || outputs.dump.is_some(),
-        layers: outputs.dump.is_some(),
+        // The saved map needs to know what is free under inflation.
+        layers: outputs.dump.is_some() || arguments.map.is_some(),
         ..Options::default()
     };
     let range = arguments.frames.clone().unwrap_or(0..u64::MAX);

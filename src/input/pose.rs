@@ -7,6 +7,7 @@ use crate::base::Rigid;
 use crate::base::{Error, Result, duration_ns};
 use crate::config::Config;
 use crate::input::ReadReport;
+use crate::input::event::TransformEvent;
 use crate::input::transforms::{TransformBuffer, TransformError};
 use crate::sensor::FramePose;
 
@@ -51,6 +52,38 @@ impl PoseResolver {
             ground_z_m: config.ground_z_m,
             tolerance_ns: duration_ns(config.transform_tolerance_s),
         })
+    }
+
+    /// Whether a transform's stamp lies more than a second before the newest of its frame.
+    pub(crate) fn jumps_back(&self, transform: &TransformEvent) -> bool {
+        let TransformEvent { child, stamp_ns, fixed, parent_from_child, .. } = transform;
+        parent_from_child.is_some() && !fixed && self.tree.jumps_back(child, *stamp_ns)
+    }
+
+    /// Takes in a transform of a recording's `topic`. One that is not finite is counted; one in the place of a stated
+    /// transform is noted.
+    pub(crate) fn take(&mut self, topic: &str, transform: &TransformEvent, report: &mut ReadReport) {
+        let TransformEvent { parent, child, stamp_ns, fixed, parent_from_child } = transform;
+        let Some(parent_from_child) = *parent_from_child else {
+            let reason = format!("the transform of `{child}` is not finite or has no rotation");
+            report.skip(topic, reason, *stamp_ns);
+            return;
+        };
+        if self.tree.is_stated(child) {
+            report.note(format!(
+                "the recording has its own transform of `{child}`, which takes the place of that in static_transforms"
+            ));
+        }
+        if *fixed {
+            self.tree.insert_fixed(parent, child, parent_from_child);
+        } else {
+            self.tree.insert(parent, child, *stamp_ns, parent_from_child);
+        }
+    }
+
+    /// Newest stamp of the transforms between a frame and the map, where any has one.
+    pub(crate) fn newest_ns(&self, frame: &str) -> Option<u64> {
+        self.tree.newest_ns(frame).max(self.tree.newest_ns(&self.map_frame))
     }
 
     /// `target_from_source` at a stamp, with the configured tolerance.

@@ -73,8 +73,10 @@ impl PosedScans {
         let frame_id = frame_id.unwrap_or_else(|| NAMELESS.into());
         let times = sweep_times(&scan);
         if let Poses::Log(log) = &mut self.poses {
-            let end_ns = shifted(scan.stamp_ns, times.map_or(0.0, |[_, last_s]| last_s));
-            log.read_to(&frame_id, end_ns, &mut self.report)?;
+            // Some drivers stamp a scan after its last point.
+            let end_ns = scan.stamp_ns.max(shifted(scan.stamp_ns, times.map_or(0.0, |[_, last_s]| last_s)));
+            let log_time_ns = self.scans.log_time_ns().unwrap_or(end_ns);
+            log.read_to(&frame_id, end_ns, log_time_ns, &mut self.report)?;
         }
         let posed = match &self.poses {
             Poses::None => None,

@@ -4,7 +4,7 @@
 //! come: a later colour image has passed, images have gone on for [`WAIT_NS`], the queue is full, or
 //! the recording is at its end.
 
-use std::collections::{HashMap, HashSet, VecDeque};
+use std::collections::{HashMap, VecDeque};
 
 use crate::base::Result;
 use crate::base::Rigid;
@@ -52,7 +52,6 @@ pub(crate) struct Synchronizer {
     ready: VecDeque<RgbdFrame>,
     newest_image_ns: u64,
     last_released_ns: Option<u64>,
-    stated_children: HashSet<String>,
 }
 
 impl Synchronizer {
@@ -72,7 +71,6 @@ impl Synchronizer {
             ready: VecDeque::new(),
             newest_image_ns: 0,
             last_released_ns: None,
-            stated_children: config.static_transforms.iter().map(|stated| stated.child.clone()).collect(),
         })
     }
 
@@ -144,28 +142,10 @@ impl Synchronizer {
     }
 
     fn push_transform(&mut self, topic: &str, transform: &TransformEvent, report: &mut ReadReport) {
-        let TransformEvent { parent, child, stamp_ns, fixed, parent_from_child } = transform;
-        let Some(parent_from_child) = *parent_from_child else {
-            report.skip(
-                topic,
-                format!("the transform of `{child}` is not finite or has no rotation"),
-                *stamp_ns,
-            );
-            return;
-        };
-        if self.stated_children.remove(child) {
-            report.note(format!(
-                "the recording has its own transform of `{child}`, which takes the place of that in static_transforms"
-            ));
-        }
-        if *fixed {
-            self.poses.tree.insert_fixed(parent, child, parent_from_child);
-            return;
-        }
-        if self.poses.tree.jumps_back(child, *stamp_ns) {
+        if self.poses.jumps_back(transform) {
             self.start_over("transform stamps", report);
         }
-        self.poses.tree.insert(parent, child, *stamp_ns, parent_from_child);
+        self.poses.take(topic, transform, report);
     }
 
     /// A looped recording or a clock set back: what waits is released with what is known, and

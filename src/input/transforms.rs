@@ -166,6 +166,12 @@ impl TransformBuffer {
         })
     }
 
+    /// Newest stamp of the samples of a frame and its ancestors; `None` where there are none.
+    pub fn newest_ns(&self, frame: &str) -> Option<u64> {
+        let edges = self.ancestors(frame).unwrap_or_default().into_iter().filter_map(|at| self.edges.get(at));
+        edges.filter(|edge| !edge.fixed).map(Edge::newest_ns).max()
+    }
+
     /// Forgets all samples; fixed transforms stay.
     pub fn clear_samples(&mut self) {
         self.edges.retain(|_, edge| edge.fixed);

@@ -59,6 +59,8 @@ pub struct TumReader {
     colors: Vec<Entry>,
     /// Poses still to come, `map_from_camera`, in order of stamps.
     trajectory: VecDeque<(u64, Rigid)>,
+    /// Stamp of the newest pose taken in.
+    pose_ns: Option<u64>,
     poses: PoseResolver,
     last_ns: Option<u64>,
     report: ReadReport,
@@ -91,6 +93,7 @@ impl TumReader {
             depth: depth.into_iter(),
             colors,
             trajectory: trajectory.into(),
+            pose_ns: None,
             poses: PoseResolver::new(config)?,
             last_ns: None,
             report,
@@ -144,12 +147,12 @@ impl TumReader {
     }
 
     fn pose(&mut self, stamp_ns: u64) -> Option<FramePose> {
-        // Up to the first pose after the stamp, so that it can be interpolated.
-        while let Some((pose_ns, map_from_camera)) = self.trajectory.pop_front() {
+        // Up to the first pose after the stamp, so that it can be interpolated; no further, or the poses that later frames
+        // need leave the buffer's window.
+        while self.pose_ns.is_none_or(|pose_ns| pose_ns <= stamp_ns) {
+            let Some((pose_ns, map_from_camera)) = self.trajectory.pop_front() else { break };
             self.poses.tree.insert(&self.map_frame, &self.camera_frame, pose_ns, map_from_camera);
-            if pose_ns > stamp_ns {
-                break;
-            }
+            self.pose_ns = Some(pose_ns);
         }
         match self.poses.pose(&self.camera_frame, stamp_ns) {
             Ok(resolved) => {

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use crate::base::{Error, Result};
 use crate::frame::FrameOutput;
-use crate::lidar::ScanOutput;
+use crate::lidar::{CellClass, ScanOutput};
 use crate::map::Grid;
 use crate::output::{encode_error, grid_mismatch};
 
@@ -15,34 +15,55 @@ const UNKNOWN: u8 = 205;
 /// Writes `<stem>.pgm` and `<stem>.yaml` (trinary) and returns the two paths. `stem` is a path
 /// without extension; a folder gets `map.pgm` and `map.yaml`.
 ///
-/// Lethal cells (254) are occupied, 255 is unknown, all other costs are free: a map holds obstacles,
-/// and the planner's own inflation layer adds its margin; inflation saved as obstacles would be inflated twice.
+/// Lethal cells (254) are occupied. A cell is free only where it is known to be: 255 is unknown, and so are inscribed cells
+/// (253), since inflation overwrites unknown from there up, unless `layers` were asked for and say that they are free.
+/// Costs up to 252 are free, however near an obstacle: a map holds obstacles, and the planner's own inflation layer
+/// adds its margin; inflation saved as obstacles would be inflated twice.
 ///
 /// The thresholds are those with which the three grey values come back as they were written: grey 205
 /// reads as (255 - 205) / 255 = 0.19608, above 0.196 and so unknown. (With the 0.25 that older nav2
 /// releases wrote, unknown space would come back as free.)
 ///
 /// # Errors
-/// [`Error::File`] where a file cannot be written, [`Error::Encode`] where the costmap is not `width * height` cells.
+/// [`Error::File`] where a file cannot be written, [`Error::Encode`] where the costmap or the layer of free cells is not
+/// `width * height` cells.
 pub fn save_map(stem: &Path, output: &FrameOutput) -> Result<[PathBuf; 2]> {
     if let Some(reason) = grid_mismatch(output) {
         return Err(encode_error(stem, reason));
     }
-    save(stem, &output.grid, &output.costmap)
+    let costs = &output.costmap;
+    let greys = match &output.layers {
+        None => costs.iter().map(|&cost| grey_of_cost(cost, false)).collect(),
+        Some(layers) if layers.free.len() == costs.len() => {
+            costs.iter().zip(&layers.free).map(|(&cost, &free)| grey_of_cost(cost, free > 0.0)).collect()
+        }
+        Some(_) => return Err(encode_error(stem, "the layer of free cells does not fill the grid")),
+    };
+    save(stem, &output.grid, greys)
 }
 
-/// As [`save_map`], of the plan map of a lidar scan: solid and transparent cells are occupied.
+/// As [`save_map`], of the plan map of a lidar scan: solid and transparent cells are occupied; free and passable cells are
+/// free, whatever they cost. Of inflated cells those up to 252 are free; what lies under inscribed ones (253) the plan map
+/// does not say, and they are unknown.
 ///
 /// # Errors
-/// [`Error::File`] where a file cannot be written.
+/// [`Error::File`] where a file cannot be written, [`Error::Encode`] where costs or classes are not `width * height` cells.
 pub fn save_plan(stem: &Path, output: &ScanOutput) -> Result<[PathBuf; 2]> {
-    save(stem, &output.grid, &output.costmap)
+    let (grid, costs, classes) = (&output.grid, &output.costmap, &output.classes);
+    let cells = grid.width as usize * grid.height as usize;
+    if cells == 0 || [costs.len(), classes.len()] != [cells; 2] {
+        let (costs, classes) = (costs.len(), classes.len());
+        return Err(encode_error(stem, format!("{costs} costs and {classes} classes do not fill the grid")));
+    }
+    let free = |class: u8| class == CellClass::Free as u8 || class == CellClass::Passable as u8;
+    let greys = costs.iter().zip(classes).map(|(&cost, &class)| grey_of_cost(cost, free(class)));
+    save(stem, grid, greys.collect())
 }
 
-fn save(stem: &Path, grid: &Grid, costmap: &[u8]) -> Result<[PathBuf; 2]> {
+fn save(stem: &Path, grid: &Grid, greys: Vec<u8>) -> Result<[PathBuf; 2]> {
     let stem = if stem.is_dir() { stem.join("map") } else { stem.to_owned() };
     let [picture, description] = ["pgm", "yaml"].map(|extension| with_suffix(&stem, extension));
-    let pgm = pgm(grid, costmap);
+    let pgm = pgm(grid, &greys);
     std::fs::write(&picture, pgm).map_err(Error::file(&picture))?;
     let name = picture.file_name().unwrap_or_default().to_string_lossy();
     std::fs::write(&description, yaml(grid, &name)).map_err(Error::file(&description))?;
@@ -57,20 +78,22 @@ fn with_suffix(stem: &Path, extension: &str) -> PathBuf {
     name.into()
 }
 
-/// Binary PGM with the largest y in the top row; the costs fill the grid.
-fn pgm(grid: &Grid, costmap: &[u8]) -> Vec<u8> {
+/// Binary PGM with the largest y in the top row; the greys fill the grid.
+fn pgm(grid: &Grid, greys: &[u8]) -> Vec<u8> {
     let (width, height) = (grid.width, grid.height);
     let mut bytes = format!("P5\n{width} {height}\n255\n").into_bytes();
-    for row in costmap.chunks_exact(width as usize).rev() {
-        bytes.extend(row.iter().map(|&cost| grey_of_cost(cost)));
+    for row in greys.chunks_exact(width as usize).rev() {
+        bytes.extend(row);
     }
     bytes
 }
 
-fn grey_of_cost(cost: u8) -> u8 {
+/// Grey of a cell; `free` where it is known to be free under its cost.
+fn grey_of_cost(cost: u8, free: bool) -> u8 {
     match cost {
         254 => OCCUPIED,
         255 => UNKNOWN,
+        253 if !free => UNKNOWN,
         _ => FREE,
     }
 }

@@ -22,7 +22,7 @@ use crate::output::ros_file::RosFile;
 use crate::output::{Sink, create_file, diagnostics, encode_error, grid_mismatch, narrow};
 use crate::sensor::{DepthImage, DepthSamples, RgbdFrame};
 
-/// A crash loses at most this many frames.
+/// A crash loses at most this many frames, or scans.
 const FRAMES_PER_FLUSH: u64 = 15;
 
 /// A file that sinks may share.
@@ -106,6 +106,16 @@ impl McapSink {
     /// Calls `write` with the file.
     pub(super) fn with_file<T>(&mut self, write: impl FnOnce(&mut OutFile, &Path) -> Result<T>) -> Result<T> {
         write(&mut self.file.lock().unwrap_or_else(PoisonError::into_inner), &self.path)
+    }
+
+    /// Counts a frame as written; every 15th makes what was written so far readable.
+    pub(super) fn end_frame(&mut self) -> Result<()> {
+        self.frames += 1;
+        if self.frames.is_multiple_of(FRAMES_PER_FLUSH) {
+            self.with_file(|file, _| file.flush())
+        } else {
+            Ok(())
+        }
     }
 
     /// Completes the file unless another sink still writes into it.
@@ -206,12 +216,7 @@ impl Sink for McapSink {
             self.check_sizes(depth, images)?;
             self.write_images(depth, &Header::new(depth.stamp_ns, &camera_frame), images)?;
         }
-        self.frames += 1;
-        if self.frames.is_multiple_of(FRAMES_PER_FLUSH) {
-            self.with_file(|file, _| file.flush())
-        } else {
-            Ok(())
-        }
+        self.end_frame()
     }
 
     fn finish(&mut self) -> Result<()> {

@@ -96,7 +96,8 @@ impl Sink<ScanFrame, ScanOutput> for ScanMcapSink {
                 Some(transforms) => file.write("/tf", stamp_ns, &TFMessage { transforms }),
                 None => Ok(()),
             }
-        })
+        })?;
+        self.mcap.end_frame()
     }
 
     fn finish(&mut self) -> Result<()> {

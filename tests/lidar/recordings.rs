@@ -8,10 +8,10 @@ use limpid::Config;
 use limpid::input::PosedScans;
 use limpid::lidar::ScanFrame;
 use limpid::message::ros2::{
-    OdometryPose, PointCloud2, PointField, Pose, PoseStamped, PoseWithCovariance, Vector3,
+    OdometryPose, PointCloud2, PointField, Pose, PoseStamped, PoseWithCovariance, TFMessage, Vector3,
 };
 
-use crate::read::synthetic::{FRAME, Recorder, Saved, at_ms, header};
+use crate::read::synthetic::{FRAME, Recorder, Saved, at_ms, header, transform};
 use crate::support::gpu::skipped;
 use crate::support::scan::run_one;
 
@@ -19,12 +19,19 @@ const NO_ROTATION: [f64; 4] = [0.0, 0.0, 0.0, 1.0];
 
 /// Ten bright points ahead, the last one taken `last_s` after the stamp.
 fn record_cloud(recorder: &mut Recorder, ms: u64, last_s: f32) {
+    record_cloud_at(recorder, at_ms(ms), at_ms(ms), [0.0, last_s]);
+}
+
+/// As [`record_cloud`], logged at another time than it is stamped with; times of the first and the last point.
+fn record_cloud_at(recorder: &mut Recorder, log_ns: u64, stamp_ns: u64, [first_s, last_s]: [f32; 2]) {
     let names = ["x", "y", "z", "intensity", "time"];
     let field =
         |(at, name): (u32, &str)| PointField { name: name.into(), offset: 4 * at, datatype: 7, count: 1 };
-    let point = |i: u8| [2.05, f32::from(i) * 0.1 - 0.45, 0.1, 200.0, last_s * f32::from(i) / 9.0];
+    let point = |i: u8| {
+        [2.05, f32::from(i) * 0.1 - 0.45, 0.1, 200.0, first_s + (last_s - first_s) * f32::from(i) / 9.0]
+    };
     let message = PointCloud2 {
-        header: header(at_ms(ms), "lidar"),
+        header: header(stamp_ns, "lidar"),
         height: 1,
         width: 10,
         fields: (0..).zip(names).map(field).collect(),
@@ -34,7 +41,23 @@ fn record_cloud(recorder: &mut Recorder, ms: u64, last_s: f32) {
         data: (0..10).flat_map(point).flat_map(f32::to_le_bytes).collect(),
         is_dense: 1,
     };
-    recorder.ros("/points", "sensor_msgs/msg/PointCloud2", at_ms(ms), &message);
+    recorder.ros("/points", "sensor_msgs/msg/PointCloud2", log_ns, &message);
+}
+
+/// The base of the map at x metres, logged at another time than it is stamped with.
+fn record_base_at(recorder: &mut Recorder, log_ns: u64, stamp_ns: u64, x: f64) {
+    let transforms = vec![transform(stamp_ns, ["map", "base_link"], [x, 0.0, 0.0], NO_ROTATION)];
+    recorder.ros("/tf", "tf2_msgs/msg/TFMessage", log_ns, &TFMessage { transforms });
+}
+
+fn record_odometry(recorder: &mut Recorder, ms: u64, child: &str, x: f64) {
+    let pose = Pose { position: Vector3 { x, y: 0.0, z: 0.0 }, ..Pose::default() };
+    let message = OdometryPose {
+        header: header(at_ms(ms), "odom"),
+        child_frame_id: child.into(),
+        pose: PoseWithCovariance { pose, covariance: [[0.0; 6]; 6] },
+    };
+    recorder.ros("/odom", "nav_msgs/msg/Odometry", at_ms(ms), &message);
 }
 
 fn frames(saved: &Saved, config: &Config) -> Vec<ScanFrame> {
@@ -81,13 +104,7 @@ fn odometry_moves_the_lidar() {
     let mut recorder = Recorder::new();
     recorder.transform("/tf_static", at_ms(0), ["base_link", "lidar"], [0.2, 0.0, 1.0], NO_ROTATION);
     for (ms, x) in [(0, 0.0), (100, 1.0)] {
-        let pose = Pose { position: Vector3 { x, y: 0.0, z: 0.0 }, ..Pose::default() };
-        let message = OdometryPose {
-            header: header(at_ms(ms), "odom"),
-            child_frame_id: "base_link".into(),
-            pose: PoseWithCovariance { pose, covariance: [[0.0; 6]; 6] },
-        };
-        recorder.ros("/odom", "nav_msgs/msg/Odometry", at_ms(ms), &message);
+        record_odometry(&mut recorder, ms, "base_link", x);
     }
     record_cloud(&mut recorder, 25, 0.0);
     let config = Config { odometry_topic: "/odom".into(), map_frame: "odom".into(), ..Config::default() };
@@ -96,6 +113,106 @@ fn odometry_moves_the_lidar() {
     let pose = found[0].pose.unwrap();
     assert!(near(pose.map_from_base.translation_m, [0.25, 0.0, 0.0]), "{pose:?}");
     assert!(near(pose.map_from_lidar().translation_m, [0.45, 0.0, 1.0]), "{pose:?}");
+}
+
+#[test]
+fn odometry_takes_the_place_of_tf_s_own_transform() {
+    let config = Config { odometry_topic: "/odom".into(), map_frame: "odom".into(), ..Config::default() };
+    for child in ["base_link", "base_footprint"] {
+        let mut recorder = Recorder::new();
+        recorder.transform("/tf_static", at_ms(0), ["base_link", "lidar"], [0.2, 0.0, 1.0], NO_ROTATION);
+        if child != "base_link" {
+            // Comes once, before odometry has said that it does not give the base.
+            recorder.transform("/tf_static", at_ms(0), [child, "base_link"], [0.0, 0.0, 0.1], NO_ROTATION);
+        }
+        for (ms, x) in [(0, 0.0), (100, 1.0)] {
+            record_odometry(&mut recorder, ms, child, x);
+            recorder.transform("/tf", at_ms(ms), ["odom", child], [-9.0, 0.0, 0.0], NO_ROTATION);
+            recorder.transform("/tf", at_ms(ms + 10), ["odom", child], [-9.0, 0.0, 0.0], NO_ROTATION);
+        }
+        record_cloud(&mut recorder, 25, 0.0);
+        let saved = recorder.save();
+        let mut scans = PosedScans::open(&saved.path, &config).unwrap();
+        let frame = scans.next_frame().unwrap().unwrap();
+        let z = if child == "base_link" { 0.0 } else { 0.1 };
+        let base_m = frame.pose.unwrap().map_from_base.translation_m;
+        assert!(near(base_m, [0.25, 0.0, z]), "{child}: {base_m}");
+        let told = scans.report().read.notes.iter().any(|note| note.contains("odometry gives `odom` from"));
+        assert_eq!(told, child != "base_link", "{:?}", scans.report().read.notes);
+    }
+}
+
+#[test]
+fn stamps_may_lie_far_from_the_log_s_time() {
+    // Thirty seconds, three times the window of the transform buffer, at x = t; simulated and replayed stamps.
+    for stamp_of_start_ns in [1, 1_000_000_000_000, 3_000_000_000_000_000] {
+        let mut recorder = Recorder::new();
+        recorder.transform("/tf_static", at_ms(0), ["base_link", "lidar"], [0.0, 0.0, 1.0], NO_ROTATION);
+        for ms in (0..=30_000).step_by(50) {
+            let stamp_ns = stamp_of_start_ns + ms * 1_000_000;
+            record_base_at(&mut recorder, at_ms(ms), stamp_ns, ms as f64 * 1e-3);
+            if ms % 200 == 100 {
+                record_cloud_at(&mut recorder, at_ms(ms) + 1_000_000, stamp_ns + 20_000_000, [0.0; 2]);
+            }
+        }
+        let found = frames(&recorder.save(), &Config::default());
+        assert_eq!(found.len(), 150);
+        for (i, frame) in (0_u32..).zip(found) {
+            let pose = frame.pose.unwrap_or_else(|| panic!("scan {i} from {stamp_of_start_ns} ns on"));
+            assert!(
+                near(pose.map_from_base.translation_m, [f64::from(i) * 0.2 + 0.12, 0.0, 0.0]),
+                "{pose:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_scan_may_be_stamped_after_its_last_point() {
+    let mut recorder = Recorder::new();
+    recorder.transform("/tf_static", at_ms(0), ["base_link", "lidar"], [0.0, 0.0, 1.0], NO_ROTATION);
+    for ms in (0..=300).step_by(10) {
+        record_base_at(&mut recorder, at_ms(ms), at_ms(ms), ms as f64 * 1e-3);
+        if ms == 200 {
+            record_cloud_at(&mut recorder, at_ms(205), at_ms(205), [-0.12, -0.02]);
+        }
+    }
+    let found = frames(&recorder.save(), &Config::default());
+    let pose = found[0].pose.unwrap();
+    assert!(near(pose.map_from_base.translation_m, [0.205, 0.0, 0.0]), "{pose:?}");
+    let sweep = pose.sweep.unwrap();
+    assert!(near(sweep.map_from_first.translation_m, [0.085, 0.0, 1.0]), "{sweep:?}");
+    assert!(near(sweep.map_from_last.translation_m, [0.185, 0.0, 1.0]), "{sweep:?}");
+}
+
+#[test]
+fn bad_transforms_are_counted_and_a_jump_of_their_stamps_is_noted() {
+    let mut recorder = Recorder::new();
+    recorder.transform("/tf_static", at_ms(0), ["base_link", "lidar"], [0.0, 0.0, 1.0], NO_ROTATION);
+    // A recording of five seconds, looped twice: the log's time goes on.
+    for round in 0..2 {
+        for ms in (0..=5000).step_by(50) {
+            let log_ns = at_ms(5100 * round + ms);
+            record_base_at(&mut recorder, log_ns, at_ms(ms), (ms + 10_000 * round) as f64 * 1e-3);
+            if ms == 2500 {
+                record_base_at(&mut recorder, log_ns, at_ms(ms + 10), f64::NAN);
+                record_cloud_at(&mut recorder, log_ns, at_ms(ms), [0.0; 2]);
+            }
+        }
+    }
+    let saved = recorder.save();
+    let mut scans = PosedScans::open(&saved.path, &Config::default()).unwrap();
+    let found: Vec<ScanFrame> = std::iter::from_fn(|| scans.next_frame().unwrap()).collect();
+    let x_m: Vec<f64> = found.iter().map(|frame| frame.pose.unwrap().map_from_base.translation_m.x).collect();
+    assert!((x_m[0] - 2.5).abs() < 1e-9 && (x_m[1] - 12.5).abs() < 1e-9, "{x_m:?}");
+    let report = scans.report().read;
+    let bad = report.skipped.iter().find(|skip| skip.reason.contains("`base_link` is not finite"));
+    assert_eq!(bad.map(|skip| (skip.source.as_str(), skip.count)), Some(("/tf", 2)), "{:?}", report.skipped);
+    assert!(
+        report.notes.iter().any(|note| note.contains("transform stamps jumped back")),
+        "{:?}",
+        report.notes
+    );
 }
 
 #[test]

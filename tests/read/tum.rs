@@ -80,6 +80,26 @@ fn a_folder_with_faults_gives_its_good_frames() {
 }
 
 #[test]
+fn poses_that_come_more_rarely_than_frames_last_to_the_end() {
+    let folder = folder();
+    // Twenty seconds, twice the window of the transform buffer: 30 frames and 10 poses a second along x = t.
+    let depth: String = (0..600_u32).map(|i| format!("{:.6} a.png\n", 1.0 + f64::from(i) / 30.0)).collect();
+    let poses: String = (0..=201_u32)
+        .map(|i| f64::from(i) / 10.0)
+        .map(|t| format!("{:.6} {t} 0 1 -0.5 0.5 -0.5 0.5\n", 1.0 + t))
+        .collect();
+    write(folder.path(), "depth.txt", &depth);
+    write(folder.path(), "groundtruth.txt", &poses);
+    let (frames, report) = read_all(TumReader::open(folder.path(), &Config::default()).unwrap()).unwrap();
+    assert_eq!(frames.len(), 600);
+    for (i, frame) in (0_u32..).zip(&frames) {
+        let pose = frame.pose.unwrap_or_else(|| panic!("frame {i}: {:?}", report.skipped));
+        let off_m = pose.map_from_base.translation_m.x - f64::from(i) / 30.0;
+        assert!(off_m.abs() < 1e-5, "frame {i} lies off by {off_m} m");
+    }
+}
+
+#[test]
 fn a_stated_base_takes_the_place_of_the_derived_one() {
     let stated = StaticTransform {
         parent: "base_link".into(),

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use glam::{DQuat, DVec3};
 use limpid::base::Rigid;
 use limpid::frame::{Counters, FrameImages, FrameLayers, FrameOutput};
+use limpid::lidar::{CellClass, ScanOutput};
 use limpid::map::Grid;
 use limpid::sensor::{DepthImage, DepthSamples, RgbdFrame};
 use tempfile::TempDir;
@@ -65,9 +66,35 @@ pub(crate) fn output() -> FrameOutput {
             reliability: RELIABILITY.to_vec(),
             color: None,
         }),
-        layers: Some(FrameLayers { evidence: layer(-1.0), occupancy: layer(0.25), occupied: layer(1.0) }),
+        layers: Some(FrameLayers {
+            evidence: layer(-1.0),
+            occupancy: layer(0.25),
+            occupied: layer(1.0),
+            free: layer(0.0),
+        }),
         pass_start_ms: vec![0.0, 0.5, 0.75],
         pass_ms: vec![("ingest".into(), 0.5), ("fuse".into(), 0.25), ("ingest".into(), 0.125)],
+    }
+}
+
+/// A plan map of the same costs, all of them of class free.
+pub(crate) fn plan() -> ScanOutput {
+    let FrameOutput { index, stamp_ns, map_from_base, base_from_camera, grid, costmap, .. } = output();
+    ScanOutput {
+        index,
+        stamp_ns,
+        map_frame: "map".into(),
+        map_from_base,
+        base_from_lidar: base_from_camera,
+        towards_goal: None,
+        grid,
+        classes: vec![CellClass::Free as u8; costmap.len()],
+        costmap,
+        pose_jumped: false,
+        points: 0,
+        glass: None,
+        layers: None,
+        pass_ms: Vec::new(),
     }
 }
 

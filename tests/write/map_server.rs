@@ -1,15 +1,16 @@
 //! The saved map, byte for byte, and read as nav2's map_server would.
 
-use limpid::frame::FrameOutput;
+use limpid::frame::{FrameLayers, FrameOutput};
+use limpid::lidar::{CellClass, ScanOutput};
 use limpid::map::Grid;
-use limpid::output::save_map;
+use limpid::output::{save_map, save_plan};
 use tempfile::TempDir;
 
 use crate::support::sample;
 
 fn small_map() -> FrameOutput {
     let grid = Grid { origin_x_m: -1.5, origin_y_m: 2.0, resolution_m: 0.05, width: 3, height: 2 };
-    FrameOutput { grid, costmap: vec![0, 254, 255, 253, 1, 252], ..sample::output() }
+    FrameOutput { grid, costmap: vec![0, 254, 255, 253, 1, 252], layers: None, ..sample::output() }
 }
 
 #[test]
@@ -17,13 +18,52 @@ fn picture_and_description_are_exact() {
     let folder = TempDir::new().unwrap();
     let [picture, description] = save_map(&folder.path().join("office.v2"), &small_map()).unwrap();
     assert_eq!(picture, folder.path().join("office.v2.pgm"));
-    // Top row = largest y: inflated costs are free there; below free, lethal, unknown.
-    assert_eq!(std::fs::read(picture).unwrap(), b"P5\n3 2\n255\n\xfe\xfe\xfe\xfe\x00\xcd");
+    // Top row = largest y: inscribed, which may be unknown, and inflated, which is free; below free, lethal, unknown.
+    assert_eq!(std::fs::read(picture).unwrap(), b"P5\n3 2\n255\n\xcd\xfe\xfe\xfe\x00\xcd");
     assert_eq!(
         std::fs::read_to_string(description).unwrap(),
         "image: \"office.v2.pgm\"\nmode: trinary\nresolution: 0.05\norigin: [-1.5, 2.0, 0.0]\n\
          negate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n"
     );
+}
+
+/// The greys of a saved picture of 3x2 cells, in order of the costs.
+fn greys(picture: &std::path::Path) -> Vec<u8> {
+    let bytes = std::fs::read(picture).unwrap();
+    bytes[bytes.len() - 6..].rchunks_exact(3).flatten().copied().collect()
+}
+
+#[test]
+fn an_inscribed_cell_is_free_only_where_the_layers_say_so() {
+    let folder = TempDir::new().unwrap();
+    let layers = |free: Vec<f32>| {
+        let none = vec![0.0; 6];
+        Some(FrameLayers { evidence: none.clone(), occupancy: none.clone(), occupied: none, free })
+    };
+    let costmap = vec![253, 253, 254, 255, 0, 252];
+    let map = FrameOutput { costmap, layers: layers(vec![0.0, 1.0, 0.0, 0.0, 1.0, 1.0]), ..small_map() };
+    let [picture, _] = save_map(folder.path(), &map).unwrap();
+    assert_eq!(greys(&picture), [205, 254, 0, 205, 254, 254]);
+    let short = FrameOutput { layers: layers(vec![1.0; 5]), ..map };
+    let error = save_map(folder.path(), &short).unwrap_err().to_string();
+    assert!(error.contains("free cells does not fill the grid"), "{error}");
+}
+
+#[test]
+fn a_plan_map_s_inscribed_cells_are_unknown_unless_passable() {
+    let folder = TempDir::new().unwrap();
+    let [unknown, free, solid, passable, _, inflated] = CellClass::ALL.map(|class| class as u8);
+    let plan = ScanOutput {
+        grid: small_map().grid,
+        costmap: vec![253, 252, 253, 254, 255, 0],
+        classes: vec![inflated, inflated, passable, solid, unknown, free],
+        ..sample::plan()
+    };
+    let [picture, _] = save_plan(folder.path(), &plan).unwrap();
+    assert_eq!(greys(&picture), [205, 254, 254, 0, 205, 254]);
+    let short = ScanOutput { classes: vec![free; 5], ..plan };
+    let error = save_plan(folder.path(), &short).unwrap_err().to_string();
+    assert!(error.contains("6 costs and 5 classes"), "{error}");
 }
 
 #[derive(serde::Deserialize)]
@@ -57,7 +97,7 @@ fn map_server_reads_back_what_was_saved() {
     assert_eq!((map.image.as_str(), map.resolution, map.origin), ("map.pgm", 0.05, [-1.5, 2.0, 0.0]));
     let bytes = std::fs::read(picture).unwrap();
     let cells: Vec<_> = bytes[bytes.len() - 6..].iter().map(|&grey| loaded(grey, &map)).collect();
-    assert_eq!(cells, [0, 0, 0, 0, 100, -1]);
+    assert_eq!(cells, [-1, 0, 0, 0, 100, -1]);
     // With the threshold of older releases, unknown would be free: the check above can fail.
     assert_eq!(loaded(205, &Description { free_thresh: 0.25, ..map }), 0);
 }

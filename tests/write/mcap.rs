@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 
 use byteorder::LittleEndian;
 use limpid::frame::FrameOutput;
-use limpid::output::{McapSink, Sink, occupancy_of_cost};
+use limpid::lidar::ScanPose;
+use limpid::output::{McapSink, ScanMcapSink, Sink, occupancy_of_cost};
 use limpid::sensor::Distortion;
 use limpid::sensor::{DepthSamples, RgbdFrame};
 use limpid::{Config, Error};
@@ -14,6 +15,7 @@ use serde_bytes::ByteBuf;
 use tempfile::TempDir;
 
 use crate::support::sample;
+use crate::support::scan::{posed, scan};
 
 type Time = (i32, u32);
 type Header = (Time, String);
@@ -358,11 +360,28 @@ fn a_killed_run_leaves_what_was_flushed() {
     for _ in 0..40 {
         sink.write(&sample::input(sample::millimetres()), &sample::output()).unwrap();
     }
-    // As after a kill: what the operating system has now, no footer.
-    let bytes = std::fs::read(&path).unwrap();
-    let options = ::mcap::read::Options::IgnoreEndMagic.into();
-    let stream = ::mcap::MessageStream::new_with_options(&bytes, options).unwrap();
-    let readable = stream.map_while(Result::ok).filter(|m| m.channel.topic == "/limpid/costmap").count();
+    let readable = readable(&path, "/limpid/costmap");
     assert!((26..40).contains(&readable), "{readable} of 40 frames");
     sink.finish().unwrap();
+}
+
+#[test]
+fn a_killed_run_leaves_the_plan_maps_that_were_flushed() {
+    let folder = TempDir::new().unwrap();
+    let path = folder.path().join("out.mcap");
+    let mut sink = ScanMcapSink::create(&path, &Config::default()).unwrap();
+    for _ in 0..40 {
+        sink.write(&posed(scan(0, Vec::new()), ScanPose::SENSOR), &sample::plan()).unwrap();
+    }
+    let readable = readable(&path, "/limpid/plan");
+    assert!((26..40).contains(&readable), "{readable} of 40 scans");
+    sink.finish().unwrap();
+}
+
+/// Messages of a topic that can be read as after a kill: what the operating system has now, no footer.
+fn readable(path: &Path, topic: &str) -> usize {
+    let bytes = std::fs::read(path).unwrap();
+    let options = ::mcap::read::Options::IgnoreEndMagic.into();
+    let stream = ::mcap::MessageStream::new_with_options(&bytes, options).unwrap();
+    stream.map_while(Result::ok).filter(|m| m.channel.topic == topic).count()
 }

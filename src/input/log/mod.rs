@@ -3,6 +3,7 @@
 
 mod decode;
 mod file;
+mod odometry;
 mod poses;
 mod records;
 mod scans;
@@ -16,6 +17,7 @@ use crate::config::Config;
 use crate::input::bag::BagRecords;
 use crate::input::event::{Event, Streams, TransformEvent};
 pub(crate) use crate::input::log::file::LogFile;
+use crate::input::log::odometry::Odometry;
 pub use crate::input::log::poses::Contents;
 pub(crate) use crate::input::log::poses::{LogPoses, contents};
 pub(crate) use crate::input::log::records::{Record, Records};
@@ -37,14 +39,11 @@ pub struct LogReader {
     channels: Channels,
     topics: Topics,
     sdk: Option<SdkStreams>,
-    map_frame: String,
-    base_frame: String,
     depth_unit_m: f64,
     sync: Synchronizer,
     report: ReadReport,
     frame_count_hint: Option<u64>,
-    /// Frame that odometry gives the pose of; tf's own is left out.
-    odometry_child: Option<String>,
+    odometry: Option<Odometry>,
     at_end: bool,
 }
 
@@ -90,12 +89,10 @@ impl LogReader {
         Ok(Self {
             path: path.into(),
             records: Box::new(R::open(path)?),
-            map_frame: config.map_frame.clone(),
-            base_frame: config.base_frame.clone(),
             depth_unit_m: config.depth_unit_m,
             sync: Synchronizer::new(config, streams)?,
             frame_count_hint: channels.messages(&topics.depth),
-            odometry_child: topics.odometry.as_ref().map(|_| config.base_frame.clone()),
+            odometry: topics.odometry.as_ref().map(|_| Odometry::new(config)),
             channels,
             topics,
             sdk,
@@ -158,7 +155,9 @@ impl LogReader {
 
     fn transforms(&mut self, topic: &str, kind: Kind, payload: &[u8]) -> Result<Vec<TransformEvent>> {
         if self.topics.odometry.as_deref() == Some(topic) {
-            return Ok(vec![self.odometry(decode::odometry(kind, payload)?)]);
+            let transform = decode::odometry(kind, payload)?;
+            let odometry = self.odometry.as_mut();
+            return Ok(odometry.map_or_else(Vec::new, |o| o.take(transform, &mut self.report)));
         }
         match (kind, &mut self.sdk) {
             (Kind::RosTransform(wire), Some(sdk)) => {
@@ -171,7 +170,9 @@ impl LogReader {
             }
             _ => {
                 let mut transforms = decode::transforms(kind, topic.contains("static"), payload)?;
-                transforms.retain(|transform| Some(&transform.child) != self.odometry_child.as_ref());
+                if let Some(odometry) = &mut self.odometry {
+                    odometry.leave_out(&mut transforms);
+                }
                 Ok(transforms)
             }
         }
@@ -185,17 +186,6 @@ impl LogReader {
                 "the recording says that a count of depth is {recorded_m} m, but depth_unit_m is {configured_m} m: set it"
             ));
         }
-    }
-
-    fn odometry(&mut self, transform: TransformEvent) -> TransformEvent {
-        if (&transform.parent, &transform.child) != (&self.map_frame, &self.base_frame) {
-            self.report.note(format!(
-                "odometry gives `{}` from `{}`, not `{}` from `{}` as configured (map_frame, base_frame)",
-                transform.parent, transform.child, self.map_frame, self.base_frame
-            ));
-        }
-        self.odometry_child = Some(transform.child.clone());
-        transform
     }
 
     /// An error where a recording had depth images but never a calibration for them.

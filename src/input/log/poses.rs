@@ -11,14 +11,19 @@ use crate::input::bag;
 use crate::input::bag::BagRecords;
 use crate::input::event::TransformEvent;
 use crate::input::log::decode;
+use crate::input::log::odometry::Odometry;
 use crate::input::log::topics::{Channel, Channels, Kind};
 use crate::input::log::{Record, Records, scan as scan_channels};
 use crate::input::mcap::McapRecords;
 use crate::input::pose::PoseResolver;
 use crate::message::{bare_frame, ros2};
 
-/// How far past a stamp a log is read for its transforms, nanoseconds.
+/// How far past a stamp transforms are taken in, nanoseconds of their stamps.
 const WAIT_NS: u64 = 2_000_000_000;
+
+/// How far past a scan's message a log is read for transforms, nanoseconds of log time: more than [`WAIT_NS`], as a log may
+/// be recorded from a slow replay.
+const WAIT_LOG_NS: u64 = 10_000_000_000;
 
 /// A goal as it came.
 #[derive(Debug, Clone, PartialEq)]
@@ -32,12 +37,14 @@ pub(crate) struct Goal {
 pub(crate) struct LogPoses {
     records: Box<dyn Records + Send>,
     channels: Channels,
-    odometry: Option<String>,
+    odometry_topic: Option<String>,
+    odometry: Option<Odometry>,
     goal_topic: Option<String>,
     /// Everything known so far, the stated transforms included.
     pub(crate) poses: PoseResolver,
     goals: Vec<Goal>,
-    read_to_ns: u64,
+    /// Newest log time.
+    log_time_ns: u64,
     at_end: bool,
 }
 
@@ -90,34 +97,48 @@ impl LogPoses {
         let channels = channels_of::<R>(path)?;
         let is_odometry = |kind| matches!(kind, Kind::RosOdometry(_));
         let is_goal = |kind| matches!(kind, Kind::RosPoseStamped(_));
-        let odometry = channels.configured(path, "odometry_topic", &config.odometry_topic, is_odometry)?;
+        let odometry_topic =
+            channels.configured(path, "odometry_topic", &config.odometry_topic, is_odometry)?;
         let goal_topic = channels.configured(path, "goal_topic", &config.goal_topic, is_goal)?;
-        let posed = odometry.is_some() || channels.has_transforms() || !config.static_transforms.is_empty();
+        let posed =
+            odometry_topic.is_some() || channels.has_transforms() || !config.static_transforms.is_empty();
         if !posed && goal_topic.is_none() {
             return Ok(None);
         }
         Ok(Some(Self {
             records: Box::new(R::open(path)?),
             channels,
-            odometry,
+            odometry: odometry_topic.as_ref().map(|_| Odometry::new(config)),
+            odometry_topic,
             goal_topic,
             poses: PoseResolver::new(config)?,
             goals: Vec::new(),
-            read_to_ns: 0,
+            log_time_ns: 0,
             at_end: false,
         }))
     }
 
     /// Whether there are poses, and not only goals.
     pub(crate) fn posed(&self) -> bool {
-        self.odometry.is_some() || self.channels.has_transforms() || self.poses.has_stated()
+        self.odometry_topic.is_some() || self.channels.has_transforms() || self.poses.has_stated()
     }
 
-    /// Reads on until the pose of `frame` at a stamp is settled or cannot be any more.
-    pub(crate) fn read_to(&mut self, frame: &str, stamp_ns: u64, report: &mut ReadReport) -> Result<()> {
+    /// Reads on until the pose of `frame` at a stamp, of a scan that was logged at `log_time_ns`, is settled or cannot be
+    /// any more. Log times are compared with log times and stamps with stamps: their clocks may differ.
+    pub(crate) fn read_to(
+        &mut self,
+        frame: &str,
+        stamp_ns: u64,
+        log_time_ns: u64,
+        report: &mut ReadReport,
+    ) -> Result<()> {
+        let posed = self.posed();
+        let last_ns = stamp_ns.saturating_add(WAIT_NS);
         let enough = |this: &Self| {
-            this.read_to_ns > stamp_ns.saturating_add(WAIT_NS)
-                || this.read_to_ns > stamp_ns && this.poses.settled(frame, stamp_ns)
+            let ahead = || this.poses.newest_ns(frame).is_some_and(|newest_ns| newest_ns > last_ns);
+            let waited = this.log_time_ns > log_time_ns.saturating_add(WAIT_LOG_NS);
+            this.log_time_ns > log_time_ns
+                && (!posed || waited || this.poses.settled(frame, stamp_ns) || ahead())
         };
         while !self.at_end && !enough(self) {
             self.step(report)?;
@@ -131,7 +152,7 @@ impl LogPoses {
     }
 
     fn step(&mut self, report: &mut ReadReport) -> Result<()> {
-        let (channels, odometry, goal) = (&self.channels, &self.odometry, &self.goal_topic);
+        let (channels, odometry, goal) = (&self.channels, &self.odometry_topic, &self.goal_topic);
         let wanted = |id: u32| {
             channels.get(id).is_some_and(|channel| {
                 let chosen = [odometry, goal].into_iter().any(|topic| topic.as_ref() == Some(&channel.topic));
@@ -141,12 +162,12 @@ impl LogPoses {
         match self.records.next(&wanted)? {
             None => self.at_end = true,
             Some(Record::Message { channel_id, log_time_ns, data }) => {
-                self.read_to_ns = self.read_to_ns.max(log_time_ns);
+                self.log_time_ns = self.log_time_ns.max(log_time_ns);
                 let Some(Channel { topic, kind: Some(kind), .. }) = self.channels.get(channel_id) else {
                     return Ok(());
                 };
                 let (topic, kind) = (topic.clone(), *kind);
-                if let Err(error) = self.take(&topic, kind, log_time_ns, &data) {
+                if let Err(error) = self.take(&topic, kind, log_time_ns, &data, report) {
                     report.skip(&topic, error.to_string(), log_time_ns);
                 }
             }
@@ -156,39 +177,57 @@ impl LogPoses {
         Ok(())
     }
 
-    fn take(&mut self, topic: &str, kind: Kind, log_time_ns: u64, payload: &[u8]) -> Result<()> {
+    fn take(
+        &mut self,
+        topic: &str,
+        kind: Kind,
+        log_time_ns: u64,
+        payload: &[u8],
+        report: &mut ReadReport,
+    ) -> Result<()> {
         if let Kind::RosPoseStamped(wire) = kind {
             let message: ros2::PoseStamped = wire.decode("geometry_msgs/PoseStamped", payload)?;
-            let stamp_ns = Some(message.header.stamp.stamp_ns()?).filter(|&ns| ns > 0).unwrap_or(log_time_ns);
-            let place_m = DVec2::new(message.pose.position.x, message.pose.position.y);
-            if place_m.is_finite() {
-                self.goals.push(Goal { stamp_ns, frame_id: bare_frame(message.header.frame_id), place_m });
-            }
-            // Only the newest can still count; a bound against hostile files.
-            if self.goals.len() > 1024 {
-                self.goals.drain(..512);
-            }
+            self.take_goal(message, log_time_ns)?;
             return Ok(());
         }
-        let transforms = if matches!(kind, Kind::RosOdometry(_)) {
-            vec![decode::odometry(kind, payload)?]
-        } else {
-            decode::transforms(kind, topic.contains("static"), payload)?
-        };
-        transforms.iter().for_each(|transform| self.insert(transform));
+        for transform in self.transforms(topic, kind, payload, report)? {
+            if self.poses.jumps_back(&transform) {
+                self.poses.tree.clear_samples();
+                report
+                    .note("transform stamps jumped back by more than a second: transforms start over there");
+            }
+            self.poses.take(topic, &transform, report);
+        }
         Ok(())
     }
 
-    fn insert(&mut self, transform: &TransformEvent) {
-        let TransformEvent { parent, child, stamp_ns, fixed, parent_from_child } = transform;
-        let Some(parent_from_child) = *parent_from_child else { return };
-        if *fixed {
-            self.poses.tree.insert_fixed(parent, child, parent_from_child);
-        } else {
-            if self.poses.tree.jumps_back(child, *stamp_ns) {
-                self.poses.tree.clear_samples();
-            }
-            self.poses.tree.insert(parent, child, *stamp_ns, parent_from_child);
+    fn take_goal(&mut self, message: ros2::PoseStamped, log_time_ns: u64) -> Result<()> {
+        let stamp_ns = Some(message.header.stamp.stamp_ns()?).filter(|&ns| ns > 0).unwrap_or(log_time_ns);
+        let place_m = DVec2::new(message.pose.position.x, message.pose.position.y);
+        if place_m.is_finite() {
+            self.goals.push(Goal { stamp_ns, frame_id: bare_frame(message.header.frame_id), place_m });
         }
+        // Only the newest can still count; a bound against hostile files.
+        if self.goals.len() > 1024 {
+            self.goals.drain(..512);
+        }
+        Ok(())
+    }
+
+    fn transforms(
+        &mut self,
+        topic: &str,
+        kind: Kind,
+        payload: &[u8],
+        report: &mut ReadReport,
+    ) -> Result<Vec<TransformEvent>> {
+        if let (Kind::RosOdometry(_), Some(odometry)) = (kind, &mut self.odometry) {
+            return Ok(odometry.take(decode::odometry(kind, payload)?, report));
+        }
+        let mut transforms = decode::transforms(kind, topic.contains("static"), payload)?;
+        if let Some(odometry) = &mut self.odometry {
+            odometry.leave_out(&mut transforms);
+        }
+        Ok(transforms)
     }
 }

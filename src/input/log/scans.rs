@@ -27,6 +27,7 @@ pub struct LogScans {
     cloud: Option<Scan>,
     report: ScanReport,
     scan_count_hint: Option<u64>,
+    log_time_ns: Option<u64>,
     at_end: bool,
 }
 
@@ -70,6 +71,7 @@ impl LogScans {
             decoder: None,
             cloud: None,
             report,
+            log_time_ns: None,
             at_end: false,
         })
     }
@@ -88,6 +90,7 @@ impl LogScans {
                 }
             }
             Some(Record::Message { channel_id, log_time_ns, data }) => {
+                self.log_time_ns = self.log_time_ns.max(Some(log_time_ns));
                 let Some(Channel { kind: Some(kind), .. }) = self.channels.get(channel_id) else {
                     return Ok(());
                 };
@@ -189,6 +192,10 @@ impl Scans for LogScans {
 
     fn report(&self) -> &ScanReport {
         &self.report
+    }
+
+    fn log_time_ns(&self) -> Option<u64> {
+        self.log_time_ns
     }
 
     fn scan_count_hint(&self) -> Option<u64> {

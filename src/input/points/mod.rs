@@ -74,6 +74,12 @@ pub trait Scans {
     /// What was met so far.
     fn report(&self) -> &ScanReport;
 
+    /// Log time of the newest message read, where the recording is a log of messages, nanoseconds. Its clock need not be
+    /// that of stamps.
+    fn log_time_ns(&self) -> Option<u64> {
+        None
+    }
+
     /// How many scans the recording says it holds, where it does.
     fn scan_count_hint(&self) -> Option<u64>;
 }
