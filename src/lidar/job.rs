@@ -92,6 +92,8 @@ pub struct ScanMoment<'a> {
     /// Lidar in window coordinates: x and y from the corner of cell (0, 0), z from the lidar's height at the stamp; at the
     /// first point's time where the scan is deskewed, else at the stamp.
     pub window_from_lidar: Rigid,
+    /// The same at the stamp, deskewed or not: what is given in the lidar's frame, as panes are, is placed by it.
+    pub window_from_lidar_at_stamp: Rigid,
     /// The lidar's place in the window at the stamp, metres.
     pub lidar_in_window_m: DVec2,
     /// The motion during the scan, where it is deskewed.
@@ -137,6 +139,7 @@ impl<'a> ScanMoment<'a> {
             pose,
             window,
             window_from_lidar: placed(sweep.map_or(pose.map_from_lidar(), |sweep| sweep.map_from_first)),
+            window_from_lidar_at_stamp: placed(pose.map_from_lidar()),
             lidar_in_window_m: (lidar_m - origin_m).truncate(),
             turn,
             towards_goal: towards_goal(job, frame, pose),

@@ -12,7 +12,7 @@ use crate::gpu::frame::FRAMES_IN_FLIGHT;
 use crate::gpu::{Chosen, Executor, Plan};
 use crate::receive::seconds_between;
 use crate::recording::points::Scan;
-use crate::stage::glass::Glass;
+use crate::stage::glass::{Glass, MOST_POINTS};
 use crate::stage::intensity_layers::POINT_ROW;
 use crate::stage::{Window, goal_inflation, intensity_classes, intensity_layers, pane_cells, plan_map};
 
@@ -79,7 +79,7 @@ impl ScanPipeline {
         config.validate()?;
         let job = ScanJob {
             config: config.clone(),
-            capacity: capacity(first.scan.points.len())?,
+            capacity: capacity(first.scan.points.len(), most_points(config.glass))?,
             full_scale: full_scale(config, &first.scan)?,
             plane_rings: plane_rings(config, &first.scan)?,
             deskew: config.deskew && first.scan.columns.time,
@@ -98,7 +98,7 @@ impl ScanPipeline {
     /// Starts a scan; returns at once. Receive first when [`ScanPipeline::is_full`].
     ///
     /// # Errors
-    /// [`Error::Input`] where the pose is missing or no numbers or the scan has more than [`MAX_POINTS`] points (the map
+    /// [`Error::Input`] where the pose is missing or no numbers or the scan has more than [`MAX_POINTS`] points, or [`MOST_POINTS`] with glass (the map
     /// stays as it was); [`Error::Gpu`], [`Error::DeviceLost`].
     pub fn submit(&mut self, frame: &ScanFrame) -> Result<()> {
         let pose = frame.pose.ok_or_else(|| bad_input("pose", "no transform from map to lidar".into()))?;
@@ -129,7 +129,10 @@ impl ScanPipeline {
         if points <= self.job.capacity as usize {
             return Ok(());
         }
-        let job = ScanJob { capacity: capacity(points)?, ..self.job.clone() };
+        let job = ScanJob {
+            capacity: capacity(points, most_points(self.job.glass.is_some()))?,
+            ..self.job.clone()
+        };
         while let Some(output) = self.receive_submitted()? {
             self.ready.push_back(output);
         }
@@ -186,13 +189,21 @@ fn glass(config: &Config, first: &Scan) -> Result<Option<Glass>> {
     Ok(Some(Glass { grid: BeamGrid::of_scan(first)?, load }))
 }
 
-/// Points to build for when a scan has `points`.
-fn capacity(points: usize) -> Result<u32> {
-    if points > MAX_POINTS {
-        let reason = format!("{points} points; at most {MAX_POINTS} are supported");
+/// Most points of a scan, with glass or without.
+fn most_points(glass: bool) -> usize {
+    if glass { MOST_POINTS as usize } else { MAX_POINTS }
+}
+
+/// Points to build for when a scan has `points` of at most `most`.
+fn capacity(points: usize, most: usize) -> Result<u32> {
+    if points > most {
+        let reason = match most {
+            MAX_POINTS => format!("{points} points; at most {most} are supported"),
+            _ => format!("{points} points; glass is searched for among at most {most}"),
+        };
         return Err(bad_input("scan", reason));
     }
-    let roomy = (points + points / 8).next_multiple_of(CAPACITY_STEP).clamp(CAPACITY_STEP, MAX_POINTS);
+    let roomy = (points + points / 8).next_multiple_of(CAPACITY_STEP).clamp(CAPACITY_STEP, most);
     u32::try_from(roomy).map_err(|_| bad_input("scan", "is too large".into()))
 }
 

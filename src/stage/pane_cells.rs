@@ -20,7 +20,7 @@ pub const PANE_CELLS: ShaderSource = ShaderSource {
 crate::params! {
     /// Parameters of `pane_cells`.
     pub struct PaneCellsParams {
-        /// Rotation and translation of the lidar in the window, row x; z = 0 is the lidar's height.
+        /// Rotation and translation of the lidar in the window at the stamp, row x; z = 0 is the lidar's height.
         pub window_from_lidar_x: Vec4,
         /// Row y.
         pub window_from_lidar_y: Vec4,
@@ -48,7 +48,8 @@ impl ScanStage for PaneCells {
     }
 
     fn write(&self, moment: &ScanMoment<'_>, input: &mut FrameInput<'_>) -> Result<()> {
-        let [window_from_lidar_x, window_from_lidar_y, window_from_lidar_z] = rows(moment.window_from_lidar);
+        let [window_from_lidar_x, window_from_lidar_y, window_from_lidar_z] =
+            rows(moment.window_from_lidar_at_stamp);
         let params = PaneCellsParams {
             window_from_lidar_x,
             window_from_lidar_y,

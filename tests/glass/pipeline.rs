@@ -3,10 +3,11 @@
 use glam::{DQuat, DVec3};
 use limpid::Config;
 use limpid::geometry::Rigid;
-use limpid::glass::{PointClass, cleaned, panes_to_yaml, read_panes};
-use limpid::lidar::{ScanFrame, ScanOptions, ScanOutput, ScanPipeline, ScanPose};
+use limpid::glass::{Labeller, PointClass, cleaned, panes_to_yaml, read_panes};
+use limpid::lidar::{ScanFrame, ScanOptions, ScanOutput, ScanPipeline, ScanPose, Sweep};
 use limpid::recording::points::{self, Options, Scan};
 use limpid::recording::write::{ScanMcapSink, ScanPngSink, Sink};
+use limpid::stage::glass::MOST_POINTS;
 
 use super::memory::blind;
 use crate::support::glass_room::{GlassRoom, WALL_X_M};
@@ -73,6 +74,59 @@ fn truth_the_pane_is_lethal_and_what_it_mirrors_is_not() {
     assert!(marked_at_12(without) > 3, "the control: without glass the mirrored wall is in the map");
     assert_eq!(marked_at_12(with), 0);
     assert!(without.glass.is_none() && with.glass.is_some());
+}
+
+#[test]
+fn truth_a_pane_of_a_moving_scan_is_placed_by_the_pose_at_the_stamp() {
+    if skipped() {
+        return;
+    }
+    // The lidar drove 1 m within the revolution. Its stamp is that of the last point, and all but one were fired then.
+    let mut frame = frames(1).remove(0);
+    frame.scan.columns.time = true;
+    frame.scan.points[0].time_s = -0.1;
+    let pose = frame.pose.as_mut().unwrap();
+    let map_from_last = pose.map_from_lidar();
+    let translation_m = map_from_last.translation_m - DVec3::X;
+    let map_from_first = Rigid { translation_m, ..map_from_last };
+    pose.sweep = Some(Sweep { first_s: -0.1, last_s: 0.0, map_from_first, map_from_last });
+    let output = &run(&Config { deskew: true, ..config() }, &[frame], 1)[0];
+    for y_m in [-1.5, -0.5, 0.0, 0.7, 1.6] {
+        assert_eq!(cost(output, WALL_X_M, y_m), 254, "the pane at y = {y_m}");
+        assert_ne!(
+            cost(output, WALL_X_M - 1.0, y_m),
+            254,
+            "where the pane was from the first pose, y = {y_m}"
+        );
+    }
+}
+
+#[test]
+fn scans_up_to_as_many_points_as_cells_can_number_are_taken() {
+    if skipped() {
+        return;
+    }
+    let mut frame = frames(1).remove(0);
+    let mut pipeline = ScanPipeline::open(&config(), &frame, &ScanOptions::default()).unwrap();
+    let mut labeller = Labeller::open(&config(), &frame.scan, None, false).unwrap();
+    let last = *frame.scan.points.last().unwrap();
+    for points in [240_000, MOST_POINTS as usize] {
+        frame.scan.points.resize(points, last);
+        pipeline.submit(&frame).unwrap();
+        let labelled = pipeline.receive().unwrap().unwrap().glass.unwrap();
+        assert_eq!((labelled.classes.len(), labelled.panes.len()), (points, 1));
+        assert_eq!(labeller.label(&frame.scan, Rigid::IDENTITY).unwrap().classes.len(), points);
+    }
+    frame.scan.points.push(last);
+    let refused = [
+        pipeline.submit(&frame).err(),
+        ScanPipeline::open(&config(), &frame, &ScanOptions::default()).err(),
+        labeller.label(&frame.scan, Rigid::IDENTITY).err(),
+    ];
+    for error in refused {
+        let error = error.unwrap().to_string();
+        assert!(error.contains("262145 points") && error.contains("at most 262144"), "{error}");
+    }
 }
 
 #[test]
