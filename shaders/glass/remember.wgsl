@@ -203,7 +203,7 @@ fn store(slot: u32, slots: u32) {
 fn remember(@builtin(local_invocation_index) lane: u32) {
     if lane == 0u {
         for (var k = 0u; k < KEPT_PANES; k++) {
-            if glass_params.remembers == 0u {
+            if glass_params.remembers == 0u || glass_params.replaces == 1u {
                 kept.panes[k].id = 0u;
             } else if kept.panes[k].id != 0u {
                 kept.panes[k] = forgets(kept.panes[k], k);

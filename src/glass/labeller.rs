@@ -9,7 +9,7 @@ use crate::geometry::Rigid;
 use crate::gpu::{Chosen, Executor, Plan, Readback};
 use crate::lidar::PoseTrack;
 use crate::recording::points::Scan;
-use crate::stage::glass::{Glass, GlassMoment, MOST_POINTS};
+use crate::stage::glass::{Glass, GlassMoment, KEPT_PANES, MOST_POINTS};
 use crate::stage::intensity_layers::POINT_ROW;
 
 /// Points that a labeller is built for at least, and in steps of which it grows.
@@ -88,9 +88,18 @@ impl Labeller {
         Ok(Self { config: config.clone(), glass, executor, capacity, load, track })
     }
 
-    /// Panes to begin with, in the frame of the poses; they replace those that are kept.
-    pub fn load(&mut self, panes: Vec<Pane>) {
+    /// Panes to begin with, in the frame of the poses. They replace all that are kept when the next scan is labelled, if
+    /// there are none too.
+    ///
+    /// # Errors
+    /// [`Error::Input`] for more than [`KEPT_PANES`].
+    pub fn load(&mut self, panes: Vec<Pane>) -> Result<()> {
+        if panes.len() > KEPT_PANES {
+            let reason = format!("{}; at most {KEPT_PANES} are kept", panes.len());
+            return Err(Error::Input { what: "panes".into(), reason });
+        }
         self.load = Some(panes);
+        Ok(())
     }
 
     /// Forgets all panes and the last pose.

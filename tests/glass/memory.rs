@@ -1,9 +1,9 @@
 //! Panes over time.
 
-use glam::{DQuat, DVec3};
+use glam::{DQuat, DVec3, Vec4};
 use limpid::Config;
 use limpid::geometry::Rigid;
-use limpid::glass::{Labeller, PointClass};
+use limpid::glass::{Labeller, Pane, PointClass};
 use limpid::recording::points::{ReturnType, Scan};
 
 use super::wrong;
@@ -78,6 +78,30 @@ fn truth_a_pane_that_beams_pass_through_goes_away() {
     let open = blind(room.scan());
     let left: Vec<usize> = (0..5).map(|_| labeller.label(&open, pose(&room)).unwrap().panes.len()).collect();
     assert_eq!(left, [1, 1, 1, 0, 0], "three scans in a row prove it absent, each counted in the next");
+}
+
+#[test]
+fn truth_loaded_panes_replace_all_that_are_kept() {
+    if skipped() {
+        return;
+    }
+    let room = GlassRoom::default();
+    let (scan, _) = room.scan();
+    let mut labeller = Labeller::open(&Config::default(), &scan, None, false).unwrap();
+    let pane = labeller.label(&scan, pose(&room)).unwrap().panes[0].moved(pose(&room));
+    let away = |metres: f32, id: u32| Pane { normal: pane.normal + Vec4::W * metres, id, ..pane };
+    let open = blind(room.scan());
+    let mut ids = |load: Option<Vec<Pane>>| {
+        load.into_iter().for_each(|panes| labeller.load(panes).unwrap());
+        let panes = labeller.label(&open, pose(&room)).unwrap().panes;
+        panes.iter().map(|pane| pane.id).collect::<Vec<_>>()
+    };
+    assert_eq!(ids(None), [1], "the control: it is kept");
+    assert_eq!(ids(Some(vec![away(3.0, 4), away(6.0, 5)])), [4, 5]);
+    assert_eq!(ids(Some(vec![away(9.0, 7)])), [7]);
+    assert!(ids(Some(Vec::new())).is_empty());
+    let error = labeller.load(vec![pane; 17]).unwrap_err().to_string();
+    assert!(error.contains("17; at most 16"), "{error}");
 }
 
 #[test]

@@ -24,7 +24,7 @@ struct GlassParams {
     bright_ratio: f32,
     lobe_cos: f32,
     visible_cos: f32,
-    pad0: u32,
+    replaces: u32,
     pad1: u32,
     pad2: u32,
 }
