@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use limpid::config::Method;
 use limpid::gpu::arena::{Kind, Layout};
-use limpid::gpu::{Access, BufferId, Invocations, Plan, ShaderSource};
+use limpid::gpu::{Access, BufferId, Invocations, Plan, Requirements, ShaderSource};
 use limpid::network::Backend;
 use limpid::pipeline;
 use limpid::stage::Job;
@@ -352,4 +352,45 @@ fn the_readme_shows_the_passes_of_method_drm_on_a_gpu() {
     let camera = tiny_camera();
     let job = Job { drm: Some(drm), color: Some(camera), color_aligned: true, ..job(&config, camera) };
     assert_readme_shows("drm passes", &job);
+}
+
+#[test]
+fn a_device_is_asked_for_all_that_a_plan_needs() {
+    let much = 1 << 32;
+    let offered = wgpu::Limits {
+        max_storage_buffer_binding_size: much,
+        max_buffer_size: much,
+        max_storage_buffers_per_shader_stage: 16,
+        max_storage_textures_per_shader_stage: 16,
+        max_texture_dimension_2d: 16384,
+        max_texture_array_layers: 2048,
+        max_compute_invocations_per_workgroup: 1024,
+        max_compute_workgroups_per_dimension: 1 << 20,
+        ..wgpu::Limits::downlevel_defaults()
+    };
+    let needs = Requirements {
+        largest_buffer_bytes: much,
+        upload_bytes: much - 1,
+        storage_buffers: 9,
+        storage_textures: 7,
+        texture_side: 9000,
+        texture_layers: 600,
+        subgroups: false,
+        invocations: 512,
+        workgroups: 100_000,
+    };
+    let asked = needs.limits("some", &offered).unwrap();
+    assert_eq!((asked.max_storage_buffer_binding_size, asked.max_buffer_size), (much, much));
+    assert_eq!(asked.max_storage_buffers_per_shader_stage, 9);
+    assert_eq!(asked.max_storage_textures_per_shader_stage, 7);
+    assert_eq!((asked.max_texture_dimension_2d, asked.max_texture_array_layers), (9000, 600));
+    assert_eq!(asked.max_compute_invocations_per_workgroup, 512);
+    assert_eq!(asked.max_compute_workgroups_per_dimension, 100_000);
+    // What is not needed is asked for up to what is usual, and never beyond what is offered.
+    let little = Requirements { storage_buffers: 3, ..Requirements::default() };
+    assert_eq!(little.limits("some", &offered).unwrap().max_storage_buffers_per_shader_stage, 8);
+    let poor = wgpu::Limits { max_storage_buffers_per_shader_stage: 4, ..offered.clone() };
+    assert_eq!(little.limits("poor", &poor).unwrap().max_storage_buffers_per_shader_stage, 4);
+    let error = needs.limits("poor", &poor).unwrap_err().to_string();
+    assert!(error.contains("max_storage_buffers_per_shader_stage"), "{error}");
 }

@@ -169,7 +169,7 @@ impl Chosen {
     /// [`Error::Limit`] where the adapter offers too little, [`Error::Gpu`] where the driver refuses a device.
     pub fn open(self, needs: &Requirements, profiling: bool) -> Result<Context> {
         let Self { adapter, info, reason } = self;
-        let limits = limits_for(&info.name, &adapter.limits(), needs)?;
+        let limits = needs.limits(&info.name, &adapter.limits())?;
         let mut features = adapter.features() & Features::PIPELINE_CACHE;
         if profiling {
             features |= adapter.features() & Features::TIMESTAMP_QUERY;
@@ -248,48 +248,73 @@ impl Context {
     }
 }
 
-fn limits_for(adapter: &str, offered: &Limits, needs: &Requirements) -> Result<Limits> {
-    let smaller = "use a smaller image or map, or another adapter (`limpid info` lists them)";
-    let check = |limit, available: u64, needed: u64| {
-        if available >= needed {
-            return Ok(());
-        }
-        Err(Error::Limit { adapter: adapter.into(), limit, available, needed, mend: smaller })
-    };
-    check(
-        "max_storage_buffer_binding_size",
-        offered.max_storage_buffer_binding_size,
-        needs.largest_buffer_bytes,
-    )?;
-    check("max_buffer_size", offered.max_buffer_size, needs.upload_bytes)?;
-    check(
-        "max_storage_buffers_per_shader_stage",
-        offered.max_storage_buffers_per_shader_stage.into(),
-        needs.storage_buffers as u64,
-    )?;
-    check(
-        "max_storage_textures_per_shader_stage",
-        offered.max_storage_textures_per_shader_stage.into(),
-        needs.storage_textures as u64,
-    )?;
-    check("max_texture_dimension_2d", offered.max_texture_dimension_2d.into(), needs.texture_side.into())?;
-    check("max_texture_array_layers", offered.max_texture_array_layers.into(), needs.texture_layers.into())?;
-    check(
-        "max_compute_invocations_per_workgroup",
-        offered.max_compute_invocations_per_workgroup.into(),
-        needs.invocations.into(),
-    )?;
-    check(
-        "max_compute_workgroups_per_dimension",
-        offered.max_compute_workgroups_per_dimension.into(),
-        needs.workgroups.into(),
-    )?;
-    let mut limits = Limits::downlevel_defaults();
-    limits.max_storage_buffer_binding_size = offered.max_storage_buffer_binding_size.min(1 << 30);
-    limits.max_buffer_size = offered.max_buffer_size.min(1 << 30);
-    limits.max_storage_buffers_per_shader_stage = offered.max_storage_buffers_per_shader_stage.min(8);
-    limits.max_texture_dimension_2d = limits.max_texture_dimension_2d.max(needs.texture_side);
-    limits.max_texture_array_layers = limits.max_texture_array_layers.max(needs.texture_layers);
-    limits.max_compute_invocations_per_workgroup = offered.max_compute_invocations_per_workgroup.min(256);
-    Ok(limits)
+impl Requirements {
+    /// What to ask of a device of the adapter of that name: what is needed, and more of what it offers where that is usual.
+    ///
+    /// # Errors
+    /// [`Error::Limit`] where the adapter offers too little.
+    pub fn limits(&self, adapter: &str, offered: &Limits) -> Result<Limits> {
+        self.check(adapter, offered)?;
+        let mut limits = Limits::downlevel_defaults();
+        let bytes = |offered: u64, needed: u64| offered.min(1 << 30).max(needed);
+        limits.max_storage_buffer_binding_size =
+            bytes(offered.max_storage_buffer_binding_size, self.largest_buffer_bytes);
+        limits.max_buffer_size =
+            bytes(offered.max_buffer_size, self.upload_bytes.max(self.largest_buffer_bytes));
+        let count = |count: usize| u32::try_from(count).unwrap_or(u32::MAX);
+        limits.max_storage_buffers_per_shader_stage =
+            offered.max_storage_buffers_per_shader_stage.min(8).max(count(self.storage_buffers));
+        limits.max_storage_textures_per_shader_stage =
+            limits.max_storage_textures_per_shader_stage.max(count(self.storage_textures));
+        limits.max_texture_dimension_2d = limits.max_texture_dimension_2d.max(self.texture_side);
+        limits.max_texture_array_layers = limits.max_texture_array_layers.max(self.texture_layers);
+        limits.max_compute_invocations_per_workgroup =
+            offered.max_compute_invocations_per_workgroup.min(256).max(self.invocations);
+        limits.max_compute_workgroups_per_dimension =
+            limits.max_compute_workgroups_per_dimension.max(self.workgroups);
+        Ok(limits)
+    }
+
+    fn check(&self, adapter: &str, offered: &Limits) -> Result<()> {
+        let smaller = "use a smaller image or map, or another adapter (`limpid info` lists them)";
+        let check = |limit, available: u64, needed: u64| {
+            if available >= needed {
+                return Ok(());
+            }
+            Err(Error::Limit { adapter: adapter.into(), limit, available, needed, mend: smaller })
+        };
+        check(
+            "max_storage_buffer_binding_size",
+            offered.max_storage_buffer_binding_size,
+            self.largest_buffer_bytes,
+        )?;
+        check("max_buffer_size", offered.max_buffer_size, self.upload_bytes)?;
+        check(
+            "max_storage_buffers_per_shader_stage",
+            offered.max_storage_buffers_per_shader_stage.into(),
+            self.storage_buffers as u64,
+        )?;
+        check(
+            "max_storage_textures_per_shader_stage",
+            offered.max_storage_textures_per_shader_stage.into(),
+            self.storage_textures as u64,
+        )?;
+        check("max_texture_dimension_2d", offered.max_texture_dimension_2d.into(), self.texture_side.into())?;
+        check(
+            "max_texture_array_layers",
+            offered.max_texture_array_layers.into(),
+            self.texture_layers.into(),
+        )?;
+        check(
+            "max_compute_invocations_per_workgroup",
+            offered.max_compute_invocations_per_workgroup.into(),
+            self.invocations.into(),
+        )?;
+        check(
+            "max_compute_workgroups_per_dimension",
+            offered.max_compute_workgroups_per_dimension.into(),
+            self.workgroups.into(),
+        )?;
+        Ok(())
+    }
 }
