@@ -111,7 +111,12 @@ impl Pipeline {
         input.submit()?;
         self.window = Some(window);
         self.last_stamp_ns = Some(frame.depth.stamp_ns);
-        self.pending.push_back(Pending::new(frame, pose, window.grid(resolution_m, self.job.side())));
+        self.pending.push_back(Pending::new(
+            &self.job,
+            frame,
+            pose,
+            window.grid(resolution_m, self.job.side()),
+        ));
         Ok(())
     }
 
