@@ -12,7 +12,7 @@ use crate::frame::Options;
 use crate::geometry::Rigid;
 use crate::gpu::{Context, Executor, Invocations, Plan, Readback};
 use crate::network::{Backend, INPUT};
-use crate::receive::{check_fit, check_pose};
+use crate::receive::{check_fit, check_pose, seconds_between};
 use crate::recording::RgbdFrame;
 use crate::sim::truth::TruthFrame;
 use crate::stage::align_color::ALIGN_COLOR;
@@ -164,8 +164,9 @@ impl Maker {
                 if let Some(color) = &self.color {
                     color.write(&moment, &mut input)?;
                 }
-                let per_metre = single(1.0 / DEPTH_SCALE_M);
-                input.set("resize_params", &ResizeParams { per_metre, pad0: 0, pad1: 0, pad2: 0 })?;
+                let before = self.kept.iter().rev().nth(1).map(|kept| kept.stamp_ns);
+                let since_last_s = before.map(|before| seconds_between(before, frame.depth.stamp_ns));
+                input.set("resize_params", &ResizeParams::new(DEPTH_SCALE_M, since_last_s))?;
             }
             None => {
                 let color = if job.color_aligned { ALIGN_COLOR.name } else { REGISTER_COLOR.name };
