@@ -1,4 +1,4 @@
-// Carries panes from scan to scan in the map frame: finds the kept pane of each one of this scan, refines it, keeps new
+// Carries panes from scan to scan in the map frame, with coordinates from an origin near the first pose: finds the kept pane of each one of this scan, refines it, keeps new
 // ones, lets go of those that beams have gone through, and gives the panes by which this scan is labelled. spec 3 §7.
 @group(0) @binding(0) var<uniform> glass_params: GlassParams;
 @group(0) @binding(1) var<storage, read> found: Found;
@@ -38,17 +38,17 @@ var<private> shown: array<Pane, KEPT_PANES>;
 
 fn rotation() -> mat3x3<f32> {
     return transpose(mat3x3<f32>(
-        glass_params.map_from_lidar_x.xyz,
-        glass_params.map_from_lidar_y.xyz,
-        glass_params.map_from_lidar_z.xyz,
+        glass_params.local_from_lidar_x.xyz,
+        glass_params.local_from_lidar_y.xyz,
+        glass_params.local_from_lidar_z.xyz,
     ));
 }
 
 fn lidar_in_map() -> vec3<f32> {
     return vec3(
-        glass_params.map_from_lidar_x.w,
-        glass_params.map_from_lidar_y.w,
-        glass_params.map_from_lidar_z.w,
+        glass_params.local_from_lidar_x.w,
+        glass_params.local_from_lidar_y.w,
+        glass_params.local_from_lidar_z.w,
     );
 }
 

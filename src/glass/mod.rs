@@ -5,12 +5,14 @@ mod grid;
 mod labeller;
 pub mod metrics;
 mod pane;
+mod set;
 mod store;
 
 pub use self::clean::{CleanPoint, cleaned};
 pub use self::grid::BeamGrid;
 pub use self::labeller::{LabelledScan, Labeller};
 pub use self::pane::Pane;
+pub use self::set::PaneSet;
 pub use self::store::{panes_to_yaml, read_panes};
 use crate::stage::glass::COUNTERS_WORDS;
 

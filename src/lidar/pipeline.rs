@@ -2,12 +2,14 @@
 
 use std::collections::VecDeque;
 
+use glam::DVec3;
+
 use super::output::{Pending, output};
 use super::{MAX_POINTS, ScanFrame, ScanJob, ScanMoment, ScanOptions, ScanOutput, ScanStage};
 use super::{PoseTrack, full_scale, plane_rings};
 use crate::config::Config;
 use crate::error::{Error, Result};
-use crate::glass::{BeamGrid, read_panes};
+use crate::glass::{BeamGrid, PaneSet, read_panes};
 use crate::gpu::frame::FRAMES_IN_FLIGHT;
 use crate::gpu::{Chosen, Executor, Plan};
 use crate::receive::seconds_between;
@@ -63,6 +65,8 @@ pub struct ScanPipeline {
     stages: Vec<Box<dyn ScanStage>>,
     executor: Executor,
     window: Option<Window>,
+    /// Whole metres near the first pose, once there is one.
+    origin_m: Option<DVec3>,
     track: PoseTrack,
     pending: VecDeque<Pending>,
     /// Results taken from an executor that was replaced by a larger one.
@@ -92,7 +96,7 @@ impl ScanPipeline {
             Chosen::find(options.adapter.as_deref())?.open(&plan.requirements(), options.profiling)?;
         let executor = Executor::build(&context, plan)?;
         let (pending, ready, track) = (VecDeque::new(), VecDeque::new(), PoseTrack::default());
-        Ok(Self { job, stages, executor, window: None, track, pending, ready })
+        Ok(Self { job, stages, executor, window: None, origin_m: None, track, pending, ready })
     }
 
     /// Starts a scan; returns at once. Receive first when [`ScanPipeline::is_full`].
@@ -110,15 +114,16 @@ impl ScanPipeline {
         let (resolution_m, side) = (self.job.config.scan_resolution_m, self.job.side());
         let base = pose.map_from_base.translation_m;
         let window = Window::around(base.x, base.y, resolution_m, side, self.window);
+        let origin_m = self.origin_m.unwrap_or_else(|| PaneSet::origin_near(pose.map_from_lidar()));
         let since_last_s = self.track.last_stamp_ns().map(|last| seconds_between(last, frame.scan.stamp_ns));
-        let moment = ScanMoment::new(&self.job, frame, pose, window, since_last_s);
+        let moment = ScanMoment::new(&self.job, frame, pose, window, origin_m, since_last_s);
         let mut input = self.executor.begin()?;
         input.write("points", bytemuck::cast_slice(&frame.scan.points))?;
         for stage in &self.stages {
             stage.write(&moment, &mut input)?;
         }
         input.submit()?;
-        self.window = Some(window);
+        (self.window, self.origin_m) = (Some(window), Some(origin_m));
         let jumped = self.track.jumps(&self.job.config, frame.scan.stamp_ns, pose.map_from_lidar());
         self.pending.push_back(Pending::new(frame, &moment, window.grid(resolution_m, side), jumped));
         Ok(())
@@ -183,7 +188,7 @@ fn glass(config: &Config, first: &Scan) -> Result<Option<Glass>> {
         return Ok(None);
     }
     let load = match config.glass_panes.as_str() {
-        "" => Vec::new(),
+        "" => PaneSet::default(),
         path => read_panes(path.as_ref())?,
     };
     Ok(Some(Glass { grid: BeamGrid::of_scan(first)?, load }))

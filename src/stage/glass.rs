@@ -12,7 +12,7 @@ use glam::Vec4;
 use crate::config::Config;
 use crate::error::{Error, Result};
 use crate::geometry::Rigid;
-use crate::glass::{BeamGrid, Pane};
+use crate::glass::{BeamGrid, Pane, PaneSet};
 use crate::gpu::{Extent, FrameInput, Invocations, Plan};
 use crate::lidar::{ScanJob, ScanMoment, ScanStage};
 use crate::stage::intensity_layers::POINT_ROW;
@@ -62,12 +62,12 @@ pub const HEADER_BYTES: u64 = 16;
 crate::params! {
     /// Parameters of all passes of glass.
     pub struct GlassParams {
-        /// Rotation and translation of the lidar in the map, row x.
-        pub map_from_lidar_x: Vec4,
+        /// Rotation and translation of the lidar in the map's axes from the local origin, row x.
+        pub local_from_lidar_x: Vec4,
         /// Row y.
-        pub map_from_lidar_y: Vec4,
+        pub local_from_lidar_y: Vec4,
         /// Row z.
-        pub map_from_lidar_z: Vec4,
+        pub local_from_lidar_z: Vec4,
         /// Points of the scan.
         pub points: u32,
         /// Rows of the organized cloud.
@@ -135,8 +135,9 @@ pub fn row_texels(grid: &BeamGrid) -> Vec<[f32; 4]> {
 pub struct GlassMoment<'a> {
     /// Points of the scan.
     pub points: u32,
-    /// Pose of the lidar in the frame in which panes are kept.
-    pub map_from_lidar: Rigid,
+    /// Pose of the lidar in the frame in which panes are kept: the map's axes, from an origin near the first pose, as f32
+    /// is too coarse for coordinates far from it.
+    pub local_from_lidar: Rigid,
     /// Panes to begin with, in place of all those kept, if there are none too; `None`: what is kept stays.
     pub load: Option<&'a [Pane]>,
 }
@@ -147,7 +148,7 @@ pub struct Glass {
     /// Rows and columns of the sensor's beams.
     pub grid: BeamGrid,
     /// Panes to begin with, in the map.
-    pub load: Vec<Pane>,
+    pub load: PaneSet,
 }
 
 impl ScanStage for Glass {
@@ -158,10 +159,11 @@ impl ScanStage for Glass {
     }
 
     fn write(&self, moment: &ScanMoment<'_>, input: &mut FrameInput<'_>) -> Result<()> {
+        let load = moment.first.then(|| self.load.from_origin(moment.origin_m));
         let glass = GlassMoment {
             points: u32::try_from(moment.frame.scan.points.len()).unwrap_or(moment.job.capacity),
-            map_from_lidar: moment.pose.map_from_lidar(),
-            load: moment.first.then_some(self.load.as_slice()),
+            local_from_lidar: moment.pose.map_from_lidar().from_origin(moment.origin_m),
+            load: load.as_deref(),
         };
         Self::write(self, &moment.job.config, &glass, input)
     }
@@ -246,13 +248,13 @@ impl Glass {
 
     /// The parameters of one scan.
     pub fn params(&self, config: &Config, moment: &GlassMoment<'_>) -> GlassParams {
-        let [map_from_lidar_x, map_from_lidar_y, map_from_lidar_z] = rows(moment.map_from_lidar);
+        let [local_from_lidar_x, local_from_lidar_y, local_from_lidar_z] = rows(moment.local_from_lidar);
         let count = |length: usize| u32::try_from(length).unwrap_or(u32::MAX);
         let [half_rows, half_columns] = self.grid.cells_within(config.glass_slack_deg);
         GlassParams {
-            map_from_lidar_x,
-            map_from_lidar_y,
-            map_from_lidar_z,
+            local_from_lidar_x,
+            local_from_lidar_y,
+            local_from_lidar_z,
             points: moment.points,
             rows: self.grid.rows,
             columns: self.grid.columns,

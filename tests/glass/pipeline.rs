@@ -3,8 +3,8 @@
 use glam::{DQuat, DVec3};
 use limpid::Config;
 use limpid::geometry::Rigid;
-use limpid::glass::{Labeller, PointClass, cleaned, panes_to_yaml, read_panes};
-use limpid::lidar::{ScanFrame, ScanOptions, ScanOutput, ScanPipeline, ScanPose, Sweep};
+use limpid::glass::{Labeller, PaneSet, PointClass, cleaned, panes_to_yaml, read_panes};
+use limpid::lidar::{CellClass, ScanFrame, ScanOptions, ScanOutput, ScanPipeline, ScanPose, Sweep};
 use limpid::recording::points::{self, Options, Scan};
 use limpid::recording::write::{ScanMcapSink, ScanPngSink, Sink};
 use limpid::stage::glass::MOST_POINTS;
@@ -102,6 +102,29 @@ fn truth_a_pane_of_a_moving_scan_is_placed_by_the_pose_at_the_stamp() {
 }
 
 #[test]
+fn truth_a_pane_high_above_the_ground_is_not_in_the_way() {
+    if skipped() {
+        return;
+    }
+    let frames = frames(1);
+    let glass = |config: &Config, frames: &[ScanFrame]| {
+        let output = &run(config, frames, 1)[0];
+        let [x_m, y_m] = [WALL_X_M, -1.5];
+        let grid = &output.grid;
+        let cell = |m: f64, origin_m: f64| ((m - origin_m) / grid.resolution_m).floor() as usize;
+        let at = cell(y_m, grid.origin_y_m) * grid.width as usize + cell(x_m, grid.origin_x_m);
+        output.classes[at] == CellClass::Transparent as u8
+    };
+    assert!(glass(&config(), &frames), "it stands 0.9 m below to 1.4 m above the ground of the map");
+    let deep = Config { ground_z_m: -4.0, ..config() };
+    assert!(!glass(&deep, &frames), "it begins 3.1 m above the ground");
+    // Without poses the ground is not known.
+    let room = GlassRoom { yaw: 0.0, sensor_m: DVec3::ZERO, ..GlassRoom::default() };
+    let still = ScanFrame { pose: Some(ScanPose::SENSOR), ..frame(room.scan().0, &room) };
+    assert!(glass(&deep, &[still]));
+}
+
+#[test]
 fn scans_up_to_as_many_points_as_cells_can_number_are_taken() {
     if skipped() {
         return;
@@ -126,6 +149,34 @@ fn scans_up_to_as_many_points_as_cells_can_number_are_taken() {
     for error in refused {
         let error = error.unwrap().to_string();
         assert!(error.contains("262145 points") && error.contains("at most 262144"), "{error}");
+    }
+}
+
+#[test]
+fn truth_maps_do_not_depend_on_where_the_map_counts_from() {
+    if skipped() {
+        return;
+    }
+    // Places and cells of powers of two, so that rounding in f64 decides nothing.
+    let config = Config { scan_resolution_m: 0.125, ..config() };
+    let drive = |offset_m: DVec3| {
+        let mut frames = frames(4);
+        for (number, frame) in frames.iter_mut().enumerate() {
+            let room = GlassRoom {
+                yaw: 0.2 * number as f64,
+                sensor_m: DVec3::new(0.25 + 0.125 * number as f64, 0.1875, 0.0),
+                ..GlassRoom::default()
+            };
+            let pose = frame.pose.as_mut().unwrap();
+            pose.map_from_base.translation_m = room.sensor_m + offset_m;
+            frame.scan.points = room.scan().0.points;
+        }
+        run(&config, &frames, 3)
+    };
+    let (here, utm) = (drive(DVec3::ZERO), drive(DVec3::new(4.0e5, 5.0e6, 0.0)));
+    for (here, utm) in here.iter().zip(&utm) {
+        assert!(here.count(CellClass::Transparent) > 25);
+        assert_eq!((&here.classes, &here.costmap, &here.glass), (&utm.classes, &utm.costmap, &utm.glass));
     }
 }
 
@@ -193,7 +244,7 @@ fn panes_from_a_file_label_a_scan_that_shows_none() {
     let first = &run(&config(), &frames(1), 1)[0];
     let map_from_lidar = first.map_from_base.then(first.base_from_lidar);
     let found = &first.glass.as_ref().unwrap().panes;
-    let panes: Vec<_> = found.iter().map(|pane| pane.moved(map_from_lidar)).collect();
+    let panes = PaneSet::of_scan(found, map_from_lidar);
     std::fs::write(&path, panes_to_yaml(&panes)).unwrap();
     assert_eq!(read_panes(&path).unwrap(), panes);
     let room = GlassRoom { yaw: -0.9, sensor_m: DVec3::new(-0.5, 0.4, 0.0), ..GlassRoom::default() };
@@ -220,12 +271,14 @@ fn files_that_hold_no_panes_are_refused() {
     let good = "panes:\n  - {id: 1, normal: [1.0, 0.0, 0.0], distance_m: 4.0, level_axis: [0.0, 1.0, 0.0], \
                 extent_m: [-1.0, 1.0, -1.0, 1.0], bright_above: 0.0, hits: 1, misses: 0, age: 1}\n";
     std::fs::write(&path, good).unwrap();
-    assert_eq!(read_panes(&path).unwrap().len(), 1);
+    let read = read_panes(&path).unwrap();
+    assert_eq!((read.panes.len(), read.origin_m), (1, DVec3::ZERO), "without an origin: the map's");
+    refused(&format!("origin_m: [0.0, .inf, 0.0]\n{good}"), "origin_m is not finite");
     refused(&good.replace("id: 1,", "id: 0,"), "pane 0 is none");
     refused(&good.replace("normal: [1.0", "normal: [2.0"), "pane 1 is none");
     refused(&good.replace("distance_m: 4.0", "distance_m: .nan"), "none");
     refused(&good.replace("[-1.0, 1.0, -1.0", "[1.0, -1.0, -1.0"), "pane 1 is none");
     let many = format!("panes:\n{}", good.trim_start_matches("panes:\n").repeat(17));
     refused(&many, "at most 16");
-    assert_eq!(panes_to_yaml(&[]).lines().last(), Some("panes: []"));
+    assert_eq!(panes_to_yaml(&PaneSet::default()).lines().last(), Some("panes: []"));
 }

@@ -3,7 +3,7 @@
 use glam::DVec3;
 use limpid::Config;
 use limpid::geometry::Rigid;
-use limpid::glass::{BeamGrid, Labeller, Pane, PointClass};
+use limpid::glass::{BeamGrid, Labeller, Pane, PaneSet, PointClass};
 use limpid::recording::points::{Point, ReturnType, Scan};
 
 use crate::reference::glass::{Beam, Organized, Rules, labels, organize};
@@ -88,7 +88,7 @@ fn twin_of_labels_on_rooms_at_all_sizes() {
             // From the middle of the pane on.
             few.points.drain(..scan.points.len() / 2);
             few.points.truncate(count);
-            labeller.load(vec![pane]).unwrap();
+            labeller.load(PaneSet { panes: vec![pane], ..PaneSet::default() }).unwrap();
             let labelled = labeller.label(&few, Rigid::IDENTITY).unwrap();
             if labelled.panes.len() == 1 {
                 let (differ, _) = differing(&labelled.classes, &by_twin(&few, &grid, &pane));
