@@ -23,6 +23,9 @@ struct IntensityClassesParams {
     pad: u32,
 }
 
+// Fraction bits of remembered steps, so that rounding does not speed up or stop a slow decay.
+const REMEMBERED_BITS = 20u;
+
 // What a layer's value is: 0 the paper's sum over the area, 1 the mean, 2 the sum over the expected number of beams.
 override measure: u32 = 1u;
 // Whether returns of high intensity clear remembered glass before them.
@@ -116,10 +119,11 @@ fn entered(x: u32, y: u32) -> bool {
 
 // Eq. 6-7: what was remembered, joined with what the horizontal plane alone saw now.
 fn join_memory(slot: u32, seen_now: u32, forgotten: bool) -> u32 {
-    let kept = min(u32(f32(remembered[slot]) * intensity_classes_params.keep_share), u32(INTENSITY_STEPS));
-    let joined = max(select(kept, 0u, forgotten), seen_now);
+    let most = u32(INTENSITY_STEPS) << REMEMBERED_BITS;
+    let kept = min(u32(round(f32(remembered[slot]) * intensity_classes_params.keep_share)), most);
+    let joined = max(select(kept, 0u, forgotten), seen_now << REMEMBERED_BITS);
     remembered[slot] = joined;
-    return joined;
+    return joined >> REMEMBERED_BITS;
 }
 
 @compute @workgroup_size(8, 8)

@@ -1,12 +1,16 @@
-// Puts panes into the map: the cells that a pane's foot line crosses hold glass. spec 3 §7.
+// Puts panes into the map: the cells that a pane's foot line crosses hold glass, where the pane is in the way. spec 3 §7.
 struct PaneCellsParams {
     window_from_lidar_x: vec4<f32>,
     window_from_lidar_y: vec4<f32>,
     window_from_lidar_z: vec4<f32>,
     side: u32,
     resolution_m: f32,
+    band_low_m: f32,        // heights in which things are in the way, from the lidar's height
+    band_high_m: f32,
+    any_height: u32,        // 1: the ground is not known, and a pane counts whatever its height
     pad0: u32,
     pad1: u32,
+    pad2: u32,
 }
 
 @group(0) @binding(0) var<uniform> pane_cells_params: PaneCellsParams;
@@ -24,6 +28,18 @@ fn turned(v: vec3<f32>) -> vec3<f32> {
     );
 }
 
+// Whether the pane, `along` its level axis, reaches into the heights in which things are in the way.
+fn in_way(pane: Pane, along: f32) -> bool {
+    let upright = turned(cross(pane.normal.xyz, pane.level.xyz)).z * pane.extent.zw;
+    let foot = pane_cells_params.window_from_lidar_z.w
+        + turned(pane.normal.xyz).z * pane.normal.w
+        + turned(pane.level.xyz).z * along;
+    let low = foot + min(upright.x, upright.y) - MARGIN_M;
+    let high = foot + max(upright.x, upright.y) + MARGIN_M;
+    return pane_cells_params.any_height == 1u
+        || (high >= pane_cells_params.band_low_m && low <= pane_cells_params.band_high_m);
+}
+
 fn crosses(pane: Pane, at: vec3<f32>) -> bool {
     let shift = vec3(
         pane_cells_params.window_from_lidar_x.w,
@@ -37,7 +53,8 @@ fn crosses(pane: Pane, at: vec3<f32>) -> bool {
     let off = dot(n, at - shift) - pane.normal.w;
     let along = dot(turned(pane.level.xyz), at - shift);
     let half = 0.5 * pane_cells_params.resolution_m;
-    return abs(off) <= half * (abs(n.x) + abs(n.y)) && along >= pane.extent.x - half && along <= pane.extent.y + half;
+    let beside = along < pane.extent.x - half || along > pane.extent.y + half;
+    return abs(off) <= half * (abs(n.x) + abs(n.y)) && !beside && in_way(pane, along);
 }
 
 @compute @workgroup_size(8, 8)

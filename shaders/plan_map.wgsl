@@ -27,7 +27,7 @@ fn inflated_cost(steps: u32, inscribed: bool) -> u32 {
     return select(1u + 251u * steps / u32(INTENSITY_STEPS), COST_INSCRIBED, inscribed);
 }
 
-// Class and cost, in bits 0-7 and 8-15.
+// Class and cost, in bits 0-7 and 8-15. Unknown is overwritten only within the inscribed radius, as in `inflate/columns`.
 fn plan_cell(kind: u32, steps: u32, inscribed: bool) -> u32 {
     if kind == SOLID || kind == TRANSPARENT {
         return kind | (COST_LETHAL << 8u);
@@ -35,7 +35,7 @@ fn plan_cell(kind: u32, steps: u32, inscribed: bool) -> u32 {
     let passable = select(0u, plan_map_params.passable_cost, kind == PASSABLE);
     if steps > 0u {
         let cost = inflated_cost(steps, inscribed);
-        if kind != PASSABLE || cost >= passable {
+        if cost >= select(passable, COST_INSCRIBED, kind == UNKNOWN) {
             return INFLATED | (cost << 8u);
         }
     }

@@ -66,6 +66,8 @@ pub struct Pipeline {
     pub(crate) executor: Executor,
     window: Option<Window>,
     last_stamp_ns: Option<u64>,
+    /// Whether the frame before was refused.
+    refused: bool,
     pub(crate) pending: VecDeque<Pending>,
 }
 
@@ -85,7 +87,8 @@ impl Pipeline {
         let stages = stages(&job);
         let plan = plan(&job, &stages)?;
         let executor = Executor::build(&context, plan)?;
-        Ok(Self { job, stages, executor, window: None, last_stamp_ns: None, pending: VecDeque::new() })
+        let pending = VecDeque::new();
+        Ok(Self { job, stages, executor, window: None, last_stamp_ns: None, refused: false, pending })
     }
 
     /// Starts a frame; returns at once. Receive first when [`Pipeline::is_full`].
@@ -94,6 +97,12 @@ impl Pipeline {
     /// [`crate::Error::Input`] where size or encoding differ from the first frame's, or pose or unit are
     /// missing or no numbers (the map stays as it was); [`crate::Error::Gpu`], [`crate::Error::DeviceLost`].
     pub fn submit(&mut self, frame: &RgbdFrame) -> Result<()> {
+        let outcome = self.start(frame);
+        self.refused = outcome.is_err();
+        outcome
+    }
+
+    fn start(&mut self, frame: &RgbdFrame) -> Result<()> {
         check_fit(&self.job, frame)?;
         let pose = check_pose(frame)?;
         if frame.depth.camera != self.job.depth {
@@ -106,6 +115,7 @@ impl Pipeline {
         let since_last_s = self.last_stamp_ns.map(|last| seconds_between(last, frame.depth.stamp_ns));
         let map_from_camera = pose.map_from_base.then(pose.base_from_camera);
         let moment = Moment::new(&self.job, frame, window, map_from_camera, since_last_s);
+        let moment = Moment { follows: moment.follows && !self.refused, ..moment };
         let mut input = self.executor.begin()?;
         for stage in &self.stages {
             stage.write(&moment, &mut input)?;
@@ -113,7 +123,12 @@ impl Pipeline {
         input.submit()?;
         self.window = Some(window);
         self.last_stamp_ns = Some(frame.depth.stamp_ns);
-        self.pending.push_back(Pending::new(frame, pose, window.grid(resolution_m, self.job.side())));
+        self.pending.push_back(Pending::new(
+            &self.job,
+            frame,
+            pose,
+            window.grid(resolution_m, self.job.side()),
+        ));
         Ok(())
     }
 

@@ -157,8 +157,10 @@ pub(crate) struct Pending {
 }
 
 impl Pending {
-    pub(crate) fn new(frame: &RgbdFrame, pose: FramePose, grid: Grid) -> Self {
-        let color_ns = frame.color.as_ref().map_or(u64::MAX, |c| c.stamp_ns);
+    /// Its stamp is that of the earliest image that `job` uses.
+    pub(crate) fn new(job: &Job, frame: &RgbdFrame, pose: FramePose, grid: Grid) -> Self {
+        let color = job.color.and(frame.color.as_ref());
+        let color_ns = color.map_or(u64::MAX, |c| c.stamp_ns);
         Self { index: frame.index, stamp_ns: frame.depth.stamp_ns.min(color_ns), pose, grid }
     }
 }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use limpid::config::Method;
 use limpid::gpu::arena::{Kind, Layout};
-use limpid::gpu::{Access, BufferId, Invocations, Plan, ShaderSource};
+use limpid::gpu::{Access, BufferId, Invocations, Plan, Requirements, ShaderSource};
 use limpid::network::Backend;
 use limpid::network::weights::Network;
 use limpid::pipeline;
@@ -352,4 +352,37 @@ fn the_readme_shows_the_passes_of_method_drm_on_a_gpu() {
     let camera = tiny_camera();
     let job = Job { drm: Some(drm), color: Some(camera), color_aligned: true, ..job(&config, camera) };
     assert_readme_shows("drm passes", &job);
+}
+
+#[test]
+fn a_plan_that_needs_more_than_is_offered_is_refused_by_the_limit_s_name() {
+    let much = 1 << 32;
+    let offered = wgpu::Limits {
+        max_storage_buffer_binding_size: much,
+        max_buffer_size: much,
+        max_storage_buffers_per_shader_stage: 16,
+        max_storage_textures_per_shader_stage: 16,
+        max_texture_dimension_2d: 16384,
+        max_texture_array_layers: 2048,
+        max_compute_invocations_per_workgroup: 1024,
+        max_compute_workgroups_per_dimension: 1 << 20,
+        ..wgpu::Limits::downlevel_defaults()
+    };
+    let needs = Requirements {
+        largest_buffer_bytes: much,
+        upload_bytes: much - 1,
+        storage_buffers: 9,
+        storage_textures: 7,
+        texture_side: 9000,
+        texture_layers: 600,
+        subgroups: false,
+        invocations: 512,
+        workgroups: 100_000,
+    };
+    needs.check("some", &offered).unwrap();
+    let little = Requirements { storage_buffers: 3, ..Requirements::default() };
+    let poor = wgpu::Limits { max_storage_buffers_per_shader_stage: 4, ..offered.clone() };
+    little.check("poor", &poor).unwrap();
+    let error = needs.check("poor", &poor).unwrap_err().to_string();
+    assert!(error.contains("max_storage_buffers_per_shader_stage"), "{error}");
 }

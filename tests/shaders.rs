@@ -111,7 +111,7 @@ fn scan_job() -> limpid::lidar::ScanJob {
 fn glass_job() -> limpid::lidar::ScanJob {
     let (scan, _) = GlassRoom::default().scan();
     let grid = limpid::sensor::BeamGrid::of_scan(&scan).unwrap();
-    let glass = limpid::stage::glass::Glass { grid, load: Vec::new() };
+    let glass = limpid::stage::glass::Glass { grid, load: limpid::map::PaneSet::default() };
     limpid::lidar::ScanJob { glass: Some(glass), ..scan_job() }
 }
 

@@ -1,4 +1,4 @@
-// Carries panes from scan to scan in the map frame: finds the kept pane of each one of this scan, refines it, keeps new
+// Carries panes from scan to scan in the map frame, with coordinates from an origin near the first pose: finds the kept pane of each one of this scan, refines it, keeps new
 // ones, lets go of those that beams have gone through, and gives the panes by which this scan is labelled. spec 3 §7.
 @group(0) @binding(0) var<uniform> glass_params: GlassParams;
 @group(0) @binding(1) var<storage, read> found: Found;
@@ -38,17 +38,17 @@ var<private> shown: array<Pane, KEPT_PANES>;
 
 fn rotation() -> mat3x3<f32> {
     return transpose(mat3x3<f32>(
-        glass_params.map_from_lidar_x.xyz,
-        glass_params.map_from_lidar_y.xyz,
-        glass_params.map_from_lidar_z.xyz,
+        glass_params.local_from_lidar_x.xyz,
+        glass_params.local_from_lidar_y.xyz,
+        glass_params.local_from_lidar_z.xyz,
     ));
 }
 
 fn lidar_in_map() -> vec3<f32> {
     return vec3(
-        glass_params.map_from_lidar_x.w,
-        glass_params.map_from_lidar_y.w,
-        glass_params.map_from_lidar_z.w,
+        glass_params.local_from_lidar_x.w,
+        glass_params.local_from_lidar_y.w,
+        glass_params.local_from_lidar_z.w,
     );
 }
 
@@ -203,7 +203,7 @@ fn store(slot: u32, slots: u32) {
 fn remember(@builtin(local_invocation_index) lane: u32) {
     if lane == 0u {
         for (var k = 0u; k < KEPT_PANES; k++) {
-            if glass_params.remembers == 0u {
+            if glass_params.remembers == 0u || glass_params.replaces == 1u {
                 kept.panes[k].id = 0u;
             } else if kept.panes[k].id != 0u {
                 kept.panes[k] = forgets(kept.panes[k], k);

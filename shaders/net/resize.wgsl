@@ -1,8 +1,8 @@
 // The network's input at its own size: colour by area average, depth by the nearest valid sample, its change since the frame before.
 // spec 1 §1.
 struct ResizeParams {
-    per_metre: f32,     // 1 / metres that depth is divided by
-    pad0: u32,
+    per_metre: f32,         // 1 / metres that depth is divided by
+    change_per_metre: f32,  // the same for its change; 0: no frame came right before
     pad1: u32,
     pad2: u32,
 }
@@ -61,5 +61,5 @@ fn resize(@builtin(global_invocation_id) id: vec3<u32>) {
     let change = select(0.0, abs(depth - before), depth > 0.0 && before > 0.0);
     let mean = area.color.rgb / max(area.color.a, 1e-6);
     store_sink(at, 0, vec4(mean, depth * resize_params.per_metre));
-    store_sink(at, 1, vec4(change * resize_params.per_metre, 0.0, 0.0, 0.0));
+    store_sink(at, 1, vec4(change * resize_params.change_per_metre, 0.0, 0.0, 0.0));
 }

@@ -32,6 +32,12 @@ impl Rigid {
         }
     }
 
+    /// The same pose in a frame of the same axes whose origin is at `origin_m`.
+    #[must_use]
+    pub fn from_origin(self, origin_m: DVec3) -> Self {
+        Self { translation_m: self.translation_m - origin_m, ..self }
+    }
+
     /// `b_from_a` of `a_from_b`.
     pub fn inverse(self) -> Self {
         let rotation = self.rotation.conjugate();

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use limpid::input::PosedScans;
 use limpid::lidar::{CellClass, ScanOptions, ScanRunReport, ScanSink, run_scans};
+use limpid::map::PaneSet;
 use limpid::map::glass::PointClass;
 use limpid::map::pane_file::panes_to_yaml;
 use limpid::output::{McapSink, ScanDumpSink, ScanMcapSink, ScanPngSink, save_plan};
@@ -52,8 +53,8 @@ pub(super) fn execute(arguments: &RunArguments, config: &Config, beside: Option<
     if let (Some(path), Some(last)) = (&arguments.panes, &report.last) {
         let map_from_lidar = last.map_from_base.then(last.base_from_lidar);
         let panes = last.glass.iter().flat_map(|glass| &glass.panes);
-        let panes: Vec<_> = panes.map(|pane| pane.moved(map_from_lidar)).collect();
-        save(path, &panes_to_yaml(&panes))?;
+        let panes: Vec<_> = panes.copied().collect();
+        save(path, &panes_to_yaml(&PaneSet::of_scan(&panes, map_from_lidar)))?;
         println!("panes: {}", path.display());
     }
     if let (Some(stem), Some(last)) = (&arguments.map, &report.last) {

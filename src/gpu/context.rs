@@ -182,7 +182,7 @@ impl Context {
     /// # Errors
     /// [`Error::Limit`] that names the limit.
     pub(crate) fn check_limits(&self, needs: &Requirements) -> Result<()> {
-        check_limits(&self.info.name, &self.device.limits(), needs)?;
+        needs.check(&self.info.name, &self.device.limits())?;
         if needs.subgroups && !self.has_subgroups() {
             let mend = "use another adapter (`limpid info` lists them)";
             let adapter = self.info.name.clone();
@@ -238,42 +238,52 @@ impl Context {
     }
 }
 
-fn check_limits(adapter: &str, offered: &Limits, needs: &Requirements) -> Result<()> {
-    let smaller = "use a smaller image or map, or another adapter (`limpid info` lists them)";
-    let check = |limit, available: u64, needed: u64| {
-        if available >= needed {
-            return Ok(());
-        }
-        Err(Error::Limit { adapter: adapter.into(), limit, available, needed, mend: smaller })
-    };
-    check(
-        "max_storage_buffer_binding_size",
-        offered.max_storage_buffer_binding_size,
-        needs.largest_buffer_bytes,
-    )?;
-    check("max_buffer_size", offered.max_buffer_size, needs.upload_bytes)?;
-    check(
-        "max_storage_buffers_per_shader_stage",
-        offered.max_storage_buffers_per_shader_stage.into(),
-        needs.storage_buffers as u64,
-    )?;
-    check(
-        "max_storage_textures_per_shader_stage",
-        offered.max_storage_textures_per_shader_stage.into(),
-        needs.storage_textures as u64,
-    )?;
-    check("max_texture_dimension_2d", offered.max_texture_dimension_2d.into(), needs.texture_side.into())?;
-    check("max_texture_array_layers", offered.max_texture_array_layers.into(), needs.texture_layers.into())?;
-    check(
-        "max_compute_invocations_per_workgroup",
-        offered.max_compute_invocations_per_workgroup.into(),
-        needs.invocations.into(),
-    )?;
-    check(
-        "max_compute_workgroups_per_dimension",
-        offered.max_compute_workgroups_per_dimension.into(),
-        needs.workgroups.into(),
-    )
+impl Requirements {
+    /// Whether the adapter of that name offers enough.
+    ///
+    /// # Errors
+    /// [`Error::Limit`] that names the first limit that is too small.
+    pub fn check(&self, adapter: &str, offered: &Limits) -> Result<()> {
+        let smaller = "use a smaller image or map, or another adapter (`limpid info` lists them)";
+        let check = |limit, available: u64, needed: u64| {
+            if available >= needed {
+                return Ok(());
+            }
+            Err(Error::Limit { adapter: adapter.into(), limit, available, needed, mend: smaller })
+        };
+        check(
+            "max_storage_buffer_binding_size",
+            offered.max_storage_buffer_binding_size,
+            self.largest_buffer_bytes,
+        )?;
+        check("max_buffer_size", offered.max_buffer_size, self.upload_bytes)?;
+        check(
+            "max_storage_buffers_per_shader_stage",
+            offered.max_storage_buffers_per_shader_stage.into(),
+            self.storage_buffers as u64,
+        )?;
+        check(
+            "max_storage_textures_per_shader_stage",
+            offered.max_storage_textures_per_shader_stage.into(),
+            self.storage_textures as u64,
+        )?;
+        check("max_texture_dimension_2d", offered.max_texture_dimension_2d.into(), self.texture_side.into())?;
+        check(
+            "max_texture_array_layers",
+            offered.max_texture_array_layers.into(),
+            self.texture_layers.into(),
+        )?;
+        check(
+            "max_compute_invocations_per_workgroup",
+            offered.max_compute_invocations_per_workgroup.into(),
+            self.invocations.into(),
+        )?;
+        check(
+            "max_compute_workgroups_per_dimension",
+            offered.max_compute_workgroups_per_dimension.into(),
+            self.workgroups.into(),
+        )
+    }
 }
 
 /// What is asked for of what an adapter offers.

@@ -92,10 +92,14 @@ pub struct ScanMoment<'a> {
     /// Lidar in window coordinates: x and y from the corner of cell (0, 0), z from the lidar's height at the stamp; at the
     /// first point's time where the scan is deskewed, else at the stamp.
     pub window_from_lidar: Rigid,
+    /// The same at the stamp, deskewed or not: what is given in the lidar's frame, as panes are, is placed by it.
+    pub window_from_lidar_at_stamp: Rigid,
     /// The lidar's place in the window at the stamp, metres.
     pub lidar_in_window_m: DVec2,
     /// The motion during the scan, where it is deskewed.
     pub turn: Option<Turn>,
+    /// Place in the map, of whole metres, from which the coordinates of kept panes count; the same for all scans of a run.
+    pub origin_m: DVec3,
     /// Direction from the robot to its goal in the window's axes, of length 1; `None` at the goal.
     pub towards_goal: Option<DVec2>,
     /// Seconds since the scan before; `None` for the first.
@@ -111,12 +115,13 @@ impl<'a> ScanMoment<'a> {
         frame: &'a ScanFrame,
         pose: ScanPose,
         window: Window,
+        origin_m: DVec3,
         since_last_s: Option<f64>,
     ) -> Self {
         let grid = window.grid(job.config.scan_resolution_m, job.side());
         let lidar_m = pose.map_from_lidar().translation_m;
-        let origin_m = DVec3::new(grid.origin_x_m, grid.origin_y_m, lidar_m.z);
-        let placed = |map: Rigid| Rigid { translation_m: map.translation_m - origin_m, ..map };
+        let corner_m = DVec3::new(grid.origin_x_m, grid.origin_y_m, lidar_m.z);
+        let placed = |map: Rigid| Rigid { translation_m: map.translation_m - corner_m, ..map };
         let sweep = pose.sweep.filter(|_| job.deskew);
         let turn = sweep.map(|sweep| {
             let first_from_last = sweep.map_from_first.inverse().then(sweep.map_from_last);
@@ -137,8 +142,10 @@ impl<'a> ScanMoment<'a> {
             pose,
             window,
             window_from_lidar: placed(sweep.map_or(pose.map_from_lidar(), |sweep| sweep.map_from_first)),
-            lidar_in_window_m: (lidar_m - origin_m).truncate(),
+            window_from_lidar_at_stamp: placed(pose.map_from_lidar()),
+            lidar_in_window_m: (lidar_m - corner_m).truncate(),
             turn,
+            origin_m,
             towards_goal: towards_goal(job, frame, pose),
             since_last_s,
             first: since_last_s.is_none(),

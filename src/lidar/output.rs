@@ -34,7 +34,7 @@ pub enum CellClass {
     Passable = 3,
     /// False negative: glass, from this scan or remembered.
     Transparent = 4,
-    /// Near a solid or transparent cell.
+    /// Near a solid or transparent cell; an unknown cell only within the robot's inscribed radius.
     Inflated = 5,
 }
 

@@ -2,19 +2,22 @@
 
 use std::collections::VecDeque;
 
+use glam::DVec3;
+
 use super::output::{Pending, output};
 use super::{MAX_POINTS, ScanFrame, ScanJob, ScanMoment, ScanOptions, ScanOutput, ScanStage};
 use crate::base::seconds_between;
 use crate::base::{Error, Result};
 use crate::config::Config;
 use crate::gpu::{Context, Executor, FRAMES_IN_FLIGHT, Plan, Store};
+use crate::map::PaneSet;
 use crate::map::Window;
 use crate::map::jumps::PoseTrack;
 use crate::map::pane_file::read_panes;
 use crate::sensor::BeamGrid;
 use crate::sensor::Scan;
-use crate::stage::glass::Glass;
 use crate::stage::glass::pane_cells;
+use crate::stage::glass::{Glass, MOST_POINTS};
 use crate::stage::lidar::intensity_layers::POINT_ROW;
 use crate::stage::lidar::planes::{full_scale, plane_rings};
 use crate::stage::lidar::{intensity_classes, intensity_layers};
@@ -68,6 +71,8 @@ pub struct ScanPipeline {
     store: Store,
     executor: Executor,
     window: Option<Window>,
+    /// Whole metres near the first pose, once there is one.
+    origin_m: Option<DVec3>,
     track: PoseTrack,
     pending: VecDeque<Pending>,
     /// Results taken from an executor that was replaced by a larger one.
@@ -84,7 +89,7 @@ impl ScanPipeline {
         config.validate()?;
         let job = ScanJob {
             config: config.clone(),
-            capacity: capacity(first.scan.points.len())?,
+            capacity: capacity(first.scan.points.len(), most_points(config.glass))?,
             full_scale: full_scale(config, &first.scan)?,
             plane_rings: plane_rings(config, &first.scan)?,
             deskew: config.deskew && first.scan.columns.time,
@@ -96,13 +101,13 @@ impl ScanPipeline {
         let store = Store::new(&Context::open(options.adapter.as_deref(), options.profiling)?);
         let executor = store.build(plan)?;
         let (pending, ready, track) = (VecDeque::new(), VecDeque::new(), PoseTrack::default());
-        Ok(Self { job, stages, store, executor, window: None, track, pending, ready })
+        Ok(Self { job, stages, store, executor, window: None, origin_m: None, track, pending, ready })
     }
 
     /// Starts a scan; returns at once. Receive first when [`ScanPipeline::is_full`].
     ///
     /// # Errors
-    /// [`Error::Input`] where the pose is missing or no numbers or the scan has more than [`MAX_POINTS`] points (the map
+    /// [`Error::Input`] where the pose is missing or no numbers or the scan has more than [`MAX_POINTS`] points, or [`MOST_POINTS`] with glass (the map
     /// stays as it was); [`Error::Gpu`], [`Error::DeviceLost`].
     pub fn submit(&mut self, frame: &ScanFrame) -> Result<()> {
         let pose = frame.pose.ok_or_else(|| bad_input("pose", "no transform from map to lidar".into()))?;
@@ -114,15 +119,16 @@ impl ScanPipeline {
         let (resolution_m, side) = (self.job.config.scan_resolution_m, self.job.side());
         let base = pose.map_from_base.translation_m;
         let window = Window::around(base.x, base.y, resolution_m, side, self.window);
+        let origin_m = self.origin_m.unwrap_or_else(|| PaneSet::origin_near(pose.map_from_lidar()));
         let since_last_s = self.track.last_stamp_ns().map(|last| seconds_between(last, frame.scan.stamp_ns));
-        let moment = ScanMoment::new(&self.job, frame, pose, window, since_last_s);
+        let moment = ScanMoment::new(&self.job, frame, pose, window, origin_m, since_last_s);
         let mut input = self.executor.begin()?;
         input.write("points", bytemuck::cast_slice(&frame.scan.points))?;
         for stage in &self.stages {
             stage.write(&moment, &mut input)?;
         }
         input.submit()?;
-        self.window = Some(window);
+        (self.window, self.origin_m) = (Some(window), Some(origin_m));
         let jumped = self.track.jumps(&self.job.config, frame.scan.stamp_ns, pose.map_from_lidar());
         self.pending.push_back(Pending::new(frame, &moment, window.grid(resolution_m, side), jumped));
         Ok(())
@@ -133,7 +139,10 @@ impl ScanPipeline {
         if points <= self.job.capacity as usize {
             return Ok(());
         }
-        let job = ScanJob { capacity: capacity(points)?, ..self.job.clone() };
+        let job = ScanJob {
+            capacity: capacity(points, most_points(self.job.glass.is_some()))?,
+            ..self.job.clone()
+        };
         while let Some(output) = self.receive_submitted()? {
             self.ready.push_back(output);
         }
@@ -183,19 +192,27 @@ fn glass(config: &Config, first: &Scan) -> Result<Option<Glass>> {
         return Ok(None);
     }
     let load = match config.glass_panes.as_str() {
-        "" => Vec::new(),
+        "" => PaneSet::default(),
         path => read_panes(path.as_ref())?,
     };
     Ok(Some(Glass { grid: BeamGrid::of_scan(first)?, load }))
 }
 
-/// Points to build for when a scan has `points`.
-fn capacity(points: usize) -> Result<u32> {
-    if points > MAX_POINTS {
-        let reason = format!("{points} points; at most {MAX_POINTS} are supported");
+/// Most points of a scan, with glass or without.
+fn most_points(glass: bool) -> usize {
+    if glass { MOST_POINTS as usize } else { MAX_POINTS }
+}
+
+/// Points to build for when a scan has `points` of at most `most`.
+fn capacity(points: usize, most: usize) -> Result<u32> {
+    if points > most {
+        let reason = match most {
+            MAX_POINTS => format!("{points} points; at most {most} are supported"),
+            _ => format!("{points} points; glass is searched for among at most {most}"),
+        };
         return Err(bad_input("scan", reason));
     }
-    let roomy = (points + points / 8).next_multiple_of(CAPACITY_STEP).clamp(CAPACITY_STEP, MAX_POINTS);
+    let roomy = (points + points / 8).next_multiple_of(CAPACITY_STEP).clamp(CAPACITY_STEP, most);
     u32::try_from(roomy).map_err(|_| bad_input("scan", "is too large".into()))
 }
 

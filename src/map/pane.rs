@@ -1,7 +1,7 @@
 //! A pane of glass.
 
 use bytemuck::{Pod, Zeroable};
-use glam::{DVec3, Vec3, Vec4};
+use glam::{DVec3, DVec4, Vec3, Vec4};
 
 use crate::base::Rigid;
 
@@ -51,16 +51,17 @@ impl Pane {
         self.corners_m().iter().sum::<DVec3>() / 4.0
     }
 
-    /// The same pane in another frame.
+    /// The same pane in another frame, whose origin must be near: coordinates are f32.
     pub fn moved(&self, to_from_frame: Rigid) -> Self {
-        let turned = |v: Vec4| (to_from_frame.rotation * v.truncate().as_dvec3()).as_vec3();
+        let turned = |v: Vec4| to_from_frame.rotation * v.truncate().as_dvec3();
         let (normal, level) = (turned(self.normal), turned(self.level));
-        let shift = to_from_frame.translation_m.as_vec3();
+        let shift = to_from_frame.translation_m;
+        let distance_m = f64::from(self.normal.w) + normal.dot(shift);
         let [u, v] = [level.dot(shift), normal.cross(level).dot(shift)];
         Self {
-            normal: normal.extend(self.normal.w + normal.dot(shift)),
-            level: level.extend(self.level.w),
-            extent_m: self.extent_m + Vec4::new(u, u, v, v),
+            normal: normal.extend(distance_m).as_vec4(),
+            level: level.extend(self.level.w.into()).as_vec4(),
+            extent_m: (self.extent_m.as_dvec4() + DVec4::new(u, u, v, v)).as_vec4(),
             ..*self
         }
     }

@@ -3,12 +3,13 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use glam::{Vec3, Vec4};
+use glam::{DVec3, Vec3, Vec4};
 use serde::Deserialize;
 
 use crate::base::{Error, Result};
 use crate::map::KEPT_PANES;
 use crate::map::Pane;
+use crate::map::PaneSet;
 
 /// How far a normal or an axis may be from length 1, and from upright on each other.
 const UNIT_TOLERANCE: f32 = 1e-3;
@@ -16,6 +17,9 @@ const UNIT_TOLERANCE: f32 = 1e-3;
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct PaneFile {
+    /// Files from before coordinates had an origin of their own count from that of the map.
+    #[serde(default)]
+    origin_m: [f64; 3],
     panes: Vec<PaneRecord>,
 }
 
@@ -33,15 +37,18 @@ struct PaneRecord {
     age: u32,
 }
 
-/// The panes as YAML, in the frame that they are in: the plane `normal . x = distance_m`, and the least and largest values of
-/// u = `level_axis . x` and of v = (`normal` x `level_axis`) . x.
-pub fn panes_to_yaml(panes: &[Pane]) -> String {
+/// The panes as YAML, with coordinates x from `origin_m` in the map: the plane `normal . x = distance_m`, and the least and
+/// largest values of u = `level_axis . x` and of v = (`normal` x `level_axis`) . x.
+pub fn panes_to_yaml(set: &PaneSet) -> String {
     let list =
         |values: &[f32]| values.iter().map(|value| format!("{value:?}")).collect::<Vec<_>>().join(", ");
-    let mut text = String::from("# Panes of glass in the map frame, metres.\npanes:");
+    let PaneSet { origin_m, panes } = set;
+    let mut text = String::from("# Panes of glass in the map frame, metres from origin_m.\n");
+    // Writing into a String cannot fail.
+    let _ = writeln!(text, "origin_m: {:?}\npanes:", origin_m.to_array());
+    text.truncate(text.len() - 1);
     text += if panes.is_empty() { " []\n" } else { "\n" };
     for pane in panes {
-        // Writing into a String cannot fail.
         let _ = write!(
             text,
             "  - id: {}\n    normal: [{}]\n    distance_m: {:?}\n    level_axis: [{}]\n    extent_m: [{}]\n    \
@@ -63,15 +70,21 @@ pub fn panes_to_yaml(panes: &[Pane]) -> String {
 /// The panes of a file as [`panes_to_yaml`] writes it.
 ///
 /// # Errors
-/// [`Error::File`]; [`Error::Format`] for other content, planes that are none, and more than 16 panes.
-pub fn read_panes(path: &Path) -> Result<Vec<Pane>> {
+/// [`Error::File`]; [`Error::Format`] for other content, an origin that is not finite, planes that are none, and more than 16
+/// panes.
+pub fn read_panes(path: &Path) -> Result<PaneSet> {
     let bad = |reason: String| Error::Format { path: path.into(), reason };
     let text = std::fs::read_to_string(path).map_err(Error::file(path))?;
     let file: PaneFile = serde_saphyr::from_str(&text).map_err(|error| bad(error.to_string()))?;
     if file.panes.len() > KEPT_PANES {
         return Err(bad(format!("{} panes; at most {KEPT_PANES} are kept", file.panes.len())));
     }
-    file.panes.iter().map(|record| pane(record).map_err(&bad)).collect()
+    let origin_m = DVec3::from(file.origin_m);
+    if !origin_m.is_finite() {
+        return Err(bad("origin_m is not finite".into()));
+    }
+    let panes = file.panes.iter().map(|record| pane(record).map_err(&bad)).collect::<Result<_>>()?;
+    Ok(PaneSet { origin_m, panes })
 }
 
 fn pane(record: &PaneRecord) -> Result<Pane, String> {

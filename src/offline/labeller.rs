@@ -1,12 +1,14 @@
 //! Labels scans, without a map: the passes of glass alone.
 
+use glam::DVec3;
+
 use crate::base::Rigid;
 use crate::base::{Error, Result};
 use crate::config::Config;
 use crate::gpu::{Context, Executor, Plan, Store};
-use crate::map::Pane;
 use crate::map::glass::LabelledScan;
 use crate::map::jumps::PoseTrack;
+use crate::map::{KEPT_PANES, PaneSet};
 use crate::sensor::BeamGrid;
 use crate::sensor::Scan;
 use crate::stage::glass::{Glass, GlassMoment, MOST_POINTS};
@@ -22,7 +24,9 @@ pub struct Labeller {
     store: Store,
     executor: Executor,
     capacity: u32,
-    load: Option<Vec<Pane>>,
+    load: Option<PaneSet>,
+    /// Whole metres near the first pose, once there is one.
+    origin_m: Option<DVec3>,
     track: PoseTrack,
 }
 
@@ -35,17 +39,26 @@ impl Labeller {
     pub fn open(config: &Config, first: &Scan, adapter: Option<&str>, profiling: bool) -> Result<Self> {
         config.validate()?;
         let capacity = roomy(first.points.len())?;
-        let glass = Glass { grid: BeamGrid::of_scan(first)?, load: Vec::new() };
+        let glass = Glass { grid: BeamGrid::of_scan(first)?, load: PaneSet::default() };
         let plan = plan(&glass, config, capacity)?;
         let store = Store::new(&Context::open(adapter, profiling)?);
         let executor = store.build(plan)?;
         let (load, track) = (None, PoseTrack::default());
-        Ok(Self { config: config.clone(), glass, store, executor, capacity, load, track })
+        Ok(Self { config: config.clone(), glass, store, executor, capacity, load, origin_m: None, track })
     }
 
-    /// Panes to begin with, in the frame of the poses; they replace those that are kept.
-    pub fn load(&mut self, panes: Vec<Pane>) {
-        self.load = Some(panes);
+    /// Panes to begin with, in the map of the poses. They replace all that are kept when the next scan is labelled, if
+    /// there are none too.
+    ///
+    /// # Errors
+    /// [`Error::Input`] for more than [`KEPT_PANES`].
+    pub fn load(&mut self, set: PaneSet) -> Result<()> {
+        if set.panes.len() > KEPT_PANES {
+            let reason = format!("{}; at most {KEPT_PANES} are kept", set.panes.len());
+            return Err(Error::Input { what: "panes".into(), reason });
+        }
+        self.load = Some(set);
+        Ok(())
     }
 
     /// Forgets all panes and the last pose.
@@ -53,7 +66,7 @@ impl Labeller {
     /// # Errors
     /// [`Error::Gpu`], [`Error::DeviceLost`].
     pub fn reset(&mut self) -> Result<()> {
-        self.track = PoseTrack::default();
+        (self.track, self.origin_m) = (PoseTrack::default(), None);
         self.executor.reset()
     }
 
@@ -83,8 +96,10 @@ impl Labeller {
         }
         let points = u32::try_from(scan.points.len()).unwrap_or(u32::MAX);
         self.fit(scan.points.len())?;
-        let load = self.load.take();
-        let moment = GlassMoment { points, map_from_lidar, load: load.as_deref() };
+        let origin_m = *self.origin_m.get_or_insert_with(|| PaneSet::origin_near(map_from_lidar));
+        let load = self.load.take().map(|set| set.from_origin(origin_m));
+        let local_from_lidar = map_from_lidar.from_origin(origin_m);
+        let moment = GlassMoment { points, local_from_lidar, load: load.as_deref() };
         let mut input = self.executor.begin()?;
         input.write("points", bytemuck::cast_slice(&scan.points))?;
         self.glass.write(&self.config, &moment, &mut input)?;

@@ -106,6 +106,8 @@ pub struct Moment<'a> {
     pub window_from_camera: Rigid,
     /// Seconds since the frame before; `None` for the first.
     pub since_last_s: Option<f64>,
+    /// Whether no frame was refused between the frame before and this one.
+    pub follows: bool,
 }
 
 impl<'a> Moment<'a> {
@@ -121,7 +123,7 @@ impl<'a> Moment<'a> {
         let origin_m = DVec3::new(grid.origin_x_m, grid.origin_y_m, job.config.ground_z_m);
         let translation_m = map_from_camera.translation_m - origin_m;
         let window_from_camera = Rigid { translation_m, ..map_from_camera };
-        Self { job, frame, window, window_from_camera, since_last_s }
+        Self { job, frame, window, window_from_camera, since_last_s, follows: since_last_s.is_some() }
     }
 }
 

@@ -1,8 +1,10 @@
 //! Panes over time.
 
-use glam::{DQuat, DVec3};
+use glam::{DQuat, DVec3, Vec4};
 use limpid::Config;
 use limpid::base::Rigid;
+use limpid::map::Pane;
+use limpid::map::PaneSet;
 use limpid::map::glass::PointClass;
 use limpid::offline::labeller::Labeller;
 use limpid::sensor::{ReturnType, Scan};
@@ -13,6 +15,10 @@ use crate::support::gpu::skipped;
 
 fn pose(room: &GlassRoom) -> Rigid {
     Rigid { rotation: DQuat::from_rotation_z(room.yaw), translation_m: room.sensor_m }
+}
+
+fn set(panes: Vec<Pane>) -> PaneSet {
+    PaneSet { panes, ..PaneSet::default() }
 }
 
 /// The scan without its first returns on glass, as a sensor that does not see the pane gives it.
@@ -79,6 +85,66 @@ fn truth_a_pane_that_beams_pass_through_goes_away() {
     let open = blind(room.scan());
     let left: Vec<usize> = (0..5).map(|_| labeller.label(&open, pose(&room)).unwrap().panes.len()).collect();
     assert_eq!(left, [1, 1, 1, 0, 0], "three scans in a row prove it absent, each counted in the next");
+}
+
+#[test]
+fn truth_loaded_panes_replace_all_that_are_kept() {
+    if skipped() {
+        return;
+    }
+    let room = GlassRoom::default();
+    let (scan, _) = room.scan();
+    let mut labeller = Labeller::open(&Config::default(), &scan, None, false).unwrap();
+    let pane = labeller.label(&scan, pose(&room)).unwrap().panes[0].moved(pose(&room));
+    let away = |metres: f32, id: u32| Pane { normal: pane.normal + Vec4::W * metres, id, ..pane };
+    let open = blind(room.scan());
+    let mut ids = |load: Option<Vec<Pane>>| {
+        load.into_iter().for_each(|panes| labeller.load(set(panes)).unwrap());
+        let panes = labeller.label(&open, pose(&room)).unwrap().panes;
+        panes.iter().map(|pane| pane.id).collect::<Vec<_>>()
+    };
+    assert_eq!(ids(None), [1], "the control: it is kept");
+    assert_eq!(ids(Some(vec![away(3.0, 4), away(6.0, 5)])), [4, 5]);
+    assert_eq!(ids(Some(vec![away(9.0, 7)])), [7]);
+    assert!(ids(Some(Vec::new())).is_empty());
+    let error = labeller.load(set(vec![pane; 17])).unwrap_err().to_string();
+    assert!(error.contains("17; at most 16"), "{error}");
+}
+
+#[test]
+fn truth_labels_do_not_depend_on_where_the_map_counts_from() {
+    if skipped() {
+        return;
+    }
+    let rooms: Vec<_> = (0..4_u8)
+        .map(|number| {
+            let sensor_m = DVec3::new(0.25 + 0.125 * f64::from(number), 0.1875, 0.0625);
+            GlassRoom { yaw: 0.2 * f64::from(number), sensor_m, ..GlassRoom::default() }
+        })
+        .collect();
+    let scans: Vec<_> = rooms.iter().map(GlassRoom::scan).collect();
+    let blind_scan = blind(rooms[3].scan());
+    let drive = |offset_m: DVec3| {
+        let place = |room: &GlassRoom| Rigid { translation_m: room.sensor_m + offset_m, ..pose(room) };
+        let mut labeller = Labeller::open(&Config::default(), &scans[0].0, None, false).unwrap();
+        let mut labelled: Vec<_> = rooms
+            .iter()
+            .zip(&scans)
+            .map(|(room, (scan, _))| labeller.label(scan, place(room)).unwrap())
+            .collect();
+        let set = PaneSet::of_scan(&labelled[3].panes, place(&rooms[3]));
+        // Started far from the first pane, as another run of the same robot may be.
+        labeller.reset().unwrap();
+        let far = Rigid { translation_m: offset_m + DVec3::new(64.0, -128.0, 0.0), ..Rigid::IDENTITY };
+        labeller.label(&blind_scan, far).unwrap();
+        labeller.load(set).unwrap();
+        labelled.push(labeller.label(&blind_scan, place(&rooms[3])).unwrap());
+        labelled
+    };
+    let (here, utm) = (drive(DVec3::ZERO), drive(DVec3::new(4.0e5, 5.0e6, 100.0)));
+    let hits: Vec<u32> = here[..4].iter().map(|labelled| labelled.panes[0].hits).collect();
+    assert_eq!((hits, here[4].panes.len()), (vec![1, 2, 3, 4], 1));
+    assert_eq!(here, utm);
 }
 
 #[test]

@@ -5,12 +5,15 @@ use limpid::Config;
 use limpid::base::Rigid;
 use limpid::input::points;
 use limpid::input::points::Options;
-use limpid::lidar::{ScanFrame, ScanOptions, ScanOutput, ScanPipeline, ScanPose};
+use limpid::lidar::{CellClass, ScanFrame, ScanOptions, ScanOutput, ScanPipeline, ScanPose, Sweep};
+use limpid::map::PaneSet;
 use limpid::map::clean::cleaned;
 use limpid::map::glass::PointClass;
 use limpid::map::pane_file::{panes_to_yaml, read_panes};
+use limpid::offline::labeller::Labeller;
 use limpid::output::{ScanMcapSink, ScanPngSink, Sink};
 use limpid::sensor::Scan;
+use limpid::stage::glass::MOST_POINTS;
 
 use super::memory::blind;
 use crate::support::glass_room::{GlassRoom, WALL_X_M};
@@ -80,6 +83,110 @@ fn truth_the_pane_is_lethal_and_what_it_mirrors_is_not() {
 }
 
 #[test]
+fn truth_a_pane_of_a_moving_scan_is_placed_by_the_pose_at_the_stamp() {
+    if skipped() {
+        return;
+    }
+    // The lidar drove 1 m within the revolution. Its stamp is that of the last point, and all but one were fired then.
+    let mut frame = frames(1).remove(0);
+    frame.scan.columns.time = true;
+    frame.scan.points[0].time_s = -0.1;
+    let pose = frame.pose.as_mut().unwrap();
+    let map_from_last = pose.map_from_lidar();
+    let translation_m = map_from_last.translation_m - DVec3::X;
+    let map_from_first = Rigid { translation_m, ..map_from_last };
+    pose.sweep = Some(Sweep { first_s: -0.1, last_s: 0.0, map_from_first, map_from_last });
+    let output = &run(&Config { deskew: true, ..config() }, &[frame], 1)[0];
+    for y_m in [-1.5, -0.5, 0.0, 0.7, 1.6] {
+        assert_eq!(cost(output, WALL_X_M, y_m), 254, "the pane at y = {y_m}");
+        assert_ne!(
+            cost(output, WALL_X_M - 1.0, y_m),
+            254,
+            "where the pane was from the first pose, y = {y_m}"
+        );
+    }
+}
+
+#[test]
+fn truth_a_pane_high_above_the_ground_is_not_in_the_way() {
+    if skipped() {
+        return;
+    }
+    let frames = frames(1);
+    let glass = |config: &Config, frames: &[ScanFrame]| {
+        let output = &run(config, frames, 1)[0];
+        let [x_m, y_m] = [WALL_X_M, -1.5];
+        let grid = &output.grid;
+        let cell = |m: f64, origin_m: f64| ((m - origin_m) / grid.resolution_m).floor() as usize;
+        let at = cell(y_m, grid.origin_y_m) * grid.width as usize + cell(x_m, grid.origin_x_m);
+        output.classes[at] == CellClass::Transparent as u8
+    };
+    assert!(glass(&config(), &frames), "it stands 0.9 m below to 1.4 m above the ground of the map");
+    let deep = Config { ground_z_m: -4.0, ..config() };
+    assert!(!glass(&deep, &frames), "it begins 3.1 m above the ground");
+    // Without poses the ground is not known.
+    let room = GlassRoom { yaw: 0.0, sensor_m: DVec3::ZERO, ..GlassRoom::default() };
+    let still = ScanFrame { pose: Some(ScanPose::SENSOR), ..frame(room.scan().0, &room) };
+    assert!(glass(&deep, &[still]));
+}
+
+#[test]
+fn scans_up_to_as_many_points_as_cells_can_number_are_taken() {
+    if skipped() {
+        return;
+    }
+    let mut frame = frames(1).remove(0);
+    let mut pipeline = ScanPipeline::open(&config(), &frame, &ScanOptions::default()).unwrap();
+    let mut labeller = Labeller::open(&config(), &frame.scan, None, false).unwrap();
+    let last = *frame.scan.points.last().unwrap();
+    for points in [240_000, MOST_POINTS as usize] {
+        frame.scan.points.resize(points, last);
+        pipeline.submit(&frame).unwrap();
+        let labelled = pipeline.receive().unwrap().unwrap().glass.unwrap();
+        assert_eq!((labelled.classes.len(), labelled.panes.len()), (points, 1));
+        assert_eq!(labeller.label(&frame.scan, Rigid::IDENTITY).unwrap().classes.len(), points);
+    }
+    frame.scan.points.push(last);
+    let refused = [
+        pipeline.submit(&frame).err(),
+        ScanPipeline::open(&config(), &frame, &ScanOptions::default()).err(),
+        labeller.label(&frame.scan, Rigid::IDENTITY).err(),
+    ];
+    for error in refused {
+        let error = error.unwrap().to_string();
+        assert!(error.contains("262145 points") && error.contains("at most 262144"), "{error}");
+    }
+}
+
+#[test]
+fn truth_maps_do_not_depend_on_where_the_map_counts_from() {
+    if skipped() {
+        return;
+    }
+    // Places and cells of powers of two, so that rounding in f64 decides nothing.
+    let config = Config { scan_resolution_m: 0.125, ..config() };
+    let drive = |offset_m: DVec3| {
+        let mut frames = frames(4);
+        for (number, frame) in frames.iter_mut().enumerate() {
+            let room = GlassRoom {
+                yaw: 0.2 * number as f64,
+                sensor_m: DVec3::new(0.25 + 0.125 * number as f64, 0.1875, 0.0),
+                ..GlassRoom::default()
+            };
+            let pose = frame.pose.as_mut().unwrap();
+            pose.map_from_base.translation_m = room.sensor_m + offset_m;
+            frame.scan.points = room.scan().0.points;
+        }
+        run(&config, &frames, 3)
+    };
+    let (here, utm) = (drive(DVec3::ZERO), drive(DVec3::new(4.0e5, 5.0e6, 0.0)));
+    for (here, utm) in here.iter().zip(&utm) {
+        assert!(here.count(CellClass::Transparent) > 25);
+        assert_eq!((&here.classes, &here.costmap, &here.glass), (&utm.classes, &utm.costmap, &utm.glass));
+    }
+}
+
+#[test]
 fn labels_do_not_depend_on_how_many_scans_are_under_way() {
     if skipped() {
         return;
@@ -143,7 +250,7 @@ fn panes_from_a_file_label_a_scan_that_shows_none() {
     let first = &run(&config(), &frames(1), 1)[0];
     let map_from_lidar = first.map_from_base.then(first.base_from_lidar);
     let found = &first.glass.as_ref().unwrap().panes;
-    let panes: Vec<_> = found.iter().map(|pane| pane.moved(map_from_lidar)).collect();
+    let panes = PaneSet::of_scan(found, map_from_lidar);
     std::fs::write(&path, panes_to_yaml(&panes)).unwrap();
     assert_eq!(read_panes(&path).unwrap(), panes);
     let room = GlassRoom { yaw: -0.9, sensor_m: DVec3::new(-0.5, 0.4, 0.0), ..GlassRoom::default() };
@@ -170,12 +277,14 @@ fn files_that_hold_no_panes_are_refused() {
     let good = "panes:\n  - {id: 1, normal: [1.0, 0.0, 0.0], distance_m: 4.0, level_axis: [0.0, 1.0, 0.0], \
                 extent_m: [-1.0, 1.0, -1.0, 1.0], bright_above: 0.0, hits: 1, misses: 0, age: 1}\n";
     std::fs::write(&path, good).unwrap();
-    assert_eq!(read_panes(&path).unwrap().len(), 1);
+    let read = read_panes(&path).unwrap();
+    assert_eq!((read.panes.len(), read.origin_m), (1, DVec3::ZERO), "without an origin: the map's");
+    refused(&format!("origin_m: [0.0, .inf, 0.0]\n{good}"), "origin_m is not finite");
     refused(&good.replace("id: 1,", "id: 0,"), "pane 0 is none");
     refused(&good.replace("normal: [1.0", "normal: [2.0"), "pane 1 is none");
     refused(&good.replace("distance_m: 4.0", "distance_m: .nan"), "none");
     refused(&good.replace("[-1.0, 1.0, -1.0", "[1.0, -1.0, -1.0"), "pane 1 is none");
     let many = format!("panes:\n{}", good.trim_start_matches("panes:\n").repeat(17));
     refused(&many, "at most 16");
-    assert_eq!(panes_to_yaml(&[]).lines().last(), Some("panes: []"));
+    assert_eq!(panes_to_yaml(&PaneSet::default()).lines().last(), Some("panes: []"));
 }

@@ -9,7 +9,7 @@ use limpid::lidar::{CellClass, ScanFrame, ScanOutput, ScanPose};
 use limpid::sensor::Point;
 
 use crate::support::gpu::skipped;
-use crate::support::scan::{open, point, posed, scan, step};
+use crate::support::scan::{grid, open, point, posed, scan, step};
 
 fn config() -> Config {
     Config { scan_map_size_m: 8.0, transparent_threshold: 0.05, ..Config::default() }
@@ -107,6 +107,45 @@ fn truth_a_pane_grows_and_is_forgotten_out_of_the_window_or_by_decay() {
         .map(|index| glass(&step(&mut pipeline, &frame(index, pose(0.0, 0.0, 0.0), false))).len())
         .collect();
     assert_eq!(later, [7, 0, 0, 0], "960 steps fall by e^-5 a scan");
+}
+
+/// Mean of the glass remembered, in the layers' unit, where it was seen first, after `scans` scans that do not see it.
+fn left_after(decay_s: f64, scans: u64, period_ns: u64) -> f64 {
+    let fading = Config { transparent_decay_s: decay_s, ..config() };
+    let first = frame(0, pose(0.0, 0.0, 0.0), true);
+    let mut pipeline = open(&fading, &first);
+    let mut out = step(&mut pipeline, &first);
+    for index in 1..=scans {
+        let mut next = frame(index, pose(0.0, 0.0, 0.0), false);
+        next.scan.stamp_ns = first.scan.stamp_ns + index * period_ns;
+        out = step(&mut pipeline, &next);
+    }
+    let seen: Vec<f64> =
+        grid(&out, "false_negative").iter().filter(|v| **v > 0.0).map(|v| f64::from(*v)).collect();
+    assert_eq!(seen.len(), 7);
+    seen.iter().sum::<f64>() / 7.0
+}
+
+#[test]
+fn truth_glass_fades_by_its_decay_whatever_the_rate_of_scans() {
+    if skipped() {
+        return;
+    }
+    let whole = left_after(0.0, 0, 1);
+    for (decay_s, scans, period_ns) in [
+        (60.0, 120, 100_000_000),
+        (60.0, 6, 2_000_000_000),
+        (60.0, 120, 1_000_000),
+        (3600.0, 120, 100_000_000),
+    ] {
+        let want = whole * (-((scans * period_ns) as f64) * 1e-9 / decay_s).exp();
+        let got = left_after(decay_s, scans, period_ns);
+        let off = (got / want - 1.0).abs();
+        assert!(
+            off < 0.002,
+            "decay {decay_s} s, {scans} scans each {period_ns} ns: {got} of {whole}, not {want}"
+        );
+    }
 }
 
 #[test]

@@ -98,6 +98,30 @@ fn reliability_is_the_networks() {
 }
 
 #[test]
+fn truth_depth_does_not_change_over_a_gap() {
+    if skipped() {
+        return;
+    }
+    let open = || Pipeline::open(&config(), &frame(0), &options(&frame(0))).unwrap();
+    let reliability =
+        |pipeline: &mut Pipeline, frame: &RgbdFrame| step(pipeline, frame).images.unwrap().reliability;
+    let next = frame(1);
+    let first = reliability(&mut open(), &next);
+    let after = |gap_ns: u64, refused: Option<&RgbdFrame>| {
+        let mut pipeline = open();
+        let mut before = frame(0);
+        before.depth.stamp_ns = next.depth.stamp_ns - gap_ns;
+        step(&mut pipeline, &before);
+        refused.into_iter().for_each(|frame| assert!(pipeline.submit(frame).is_err()));
+        reliability(&mut pipeline, &next)
+    };
+    assert_ne!(after(33_000_000, None), first, "the control: the change is an input");
+    assert_ne!(after(200_000_000, None), first);
+    assert_eq!(after(201_000_000, None), first, "a gap");
+    assert_eq!(after(33_000_000, Some(&RgbdFrame { color: None, ..frame(0) })), first, "one was refused");
+}
+
+#[test]
 fn drm_wants_readable_weights_and_colour() {
     if skipped() {
         return;

@@ -41,6 +41,21 @@ fn colour_on_the_depth_grid_comes_back_as_it_went_in() {
     }
 }
 
+#[test]
+fn the_stamp_is_that_of_the_earliest_image_that_is_used() {
+    if skipped() {
+        return;
+    }
+    let first = colored(0, tiny_camera());
+    let config = Config { method: limpid::config::Method::Range, ..small_map() };
+    let stamp_ns = |images: bool| {
+        let options = Options { images, ..all().with_color_of(std::iter::once(&first)) };
+        step(&mut Pipeline::open(&config, &first, &options).unwrap(), &first).stamp_ns
+    };
+    assert_eq!(stamp_ns(true), 5, "colour is read back");
+    assert_eq!(stamp_ns(false), first.depth.stamp_ns, "no pass reads colour");
+}
+
 fn colour_comes_back(options: &Options) {
     let first = colored(0, tiny_camera());
     // Method drm, which frames with colour have by default, takes no frame without.

@@ -146,6 +146,7 @@ def plan(kinds, strength, p, n, theta=0.0):
     costs = np.array([255, 0, 254, p["passable"], 254, 0])[kinds]
     cost = np.where(close, 253, 1 + 251 * spread // STEPS)
     near = (spread > 0) & ~np.isin(kinds, (SOLID, TRANSPARENT)) & ((kinds != PASSABLE) | (cost >= p["passable"]))
+    near &= (kinds != UNKNOWN) | close
     return np.where(near, INFLATED, kinds), np.where(near, cost, costs)
 
 

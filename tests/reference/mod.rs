@@ -11,6 +11,7 @@ pub(crate) mod intensity_classes;
 pub(crate) mod intensity_layers;
 pub(crate) mod move_window;
 pub(crate) mod network;
+pub(crate) mod pane_cells;
 pub(crate) mod plan_map;
 pub(crate) mod register_color;
 pub(crate) mod see_through;

@@ -25,7 +25,7 @@ fn resized(
     let (text, invocations) = resize(native, size, BUFFERS);
     let pixels = (size[0] * size[1]) as usize;
     let out = Fragment::new()
-        .params("resize_params", &ResizeParams { per_metre: 0.1, pad0: 0, pad1: 0, pad2: 0 })
+        .params("resize_params", &ResizeParams::new(10.0, Some(0.03)))
         .input("depth_m", depth_m)
         .input("color", color)
         .changed("depth_before", before_m)

@@ -17,9 +17,9 @@ const INDEX_BITS: u32 = 18;
 
 /// Words of the cells, as column, row, slot; and of each point where it lies and the number of its cell, from 1.
 fn cells(scan: &Scan, grid: &BeamGrid) -> (Vec<u32>, Vec<[f32; 4]>) {
-    let glass = Glass { grid: grid.clone(), load: Vec::new() };
+    let glass = Glass { grid: grid.clone(), load: limpid::map::PaneSet::default() };
     let points = u32::try_from(scan.points.len()).unwrap();
-    let moment = GlassMoment { points, map_from_lidar: Rigid::IDENTITY, load: None };
+    let moment = GlassMoment { points, local_from_lidar: Rigid::IDENTITY, load: None };
     let words: Vec<[u32; 8]> = scan
         .points
         .iter()

@@ -4,6 +4,7 @@ use glam::DVec3;
 use limpid::Config;
 use limpid::base::Rigid;
 use limpid::map::Pane;
+use limpid::map::PaneSet;
 use limpid::map::glass::PointClass;
 use limpid::offline::labeller::Labeller;
 use limpid::sensor::BeamGrid;
@@ -91,7 +92,7 @@ fn twin_of_labels_on_rooms_at_all_sizes() {
             // From the middle of the pane on.
             few.points.drain(..scan.points.len() / 2);
             few.points.truncate(count);
-            labeller.load(vec![pane]);
+            labeller.load(PaneSet { panes: vec![pane], ..PaneSet::default() }).unwrap();
             let labelled = labeller.label(&few, Rigid::IDENTITY).unwrap();
             if labelled.panes.len() == 1 {
                 let (differ, _) = differing(&labelled.classes, &by_twin(&few, &grid, &pane));

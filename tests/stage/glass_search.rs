@@ -37,8 +37,8 @@ fn grid() -> BeamGrid {
 }
 
 fn params(grid: BeamGrid, config: &Config, pose: Rigid) -> GlassParams {
-    let moment = GlassMoment { points: 0, map_from_lidar: pose, load: None };
-    Glass { grid, load: Vec::new() }.params(config, &moment)
+    let moment = GlassMoment { points: 0, local_from_lidar: pose, load: None };
+    Glass { grid, load: limpid::map::PaneSet::default() }.params(config, &moment)
 }
 
 fn usual() -> GlassParams {

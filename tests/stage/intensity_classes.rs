@@ -40,6 +40,11 @@ fn params(side: usize) -> IntensityClassesParams {
     }
 }
 
+/// Remembered steps as the pass keeps them.
+const fn in_memory(steps: u32) -> u32 {
+    steps << 20
+}
+
 /// (sum, count) of the four layers of each cell; every beam reaches `reach_m`.
 fn run(
     params: &IntensityClassesParams,
@@ -74,7 +79,13 @@ fn compare_with_twin(side: usize, seed: u64) {
     layers.iter_mut().skip(1).step_by(7).for_each(|layers| *layers = [NONE; 4]);
     let remembered: Vec<u32> =
         (0..side * side).map(|_| if random.chance(0.1) { random.below(4080) } else { 0 }).collect();
-    let out = run(&params(side), &layers, 100.0, &remembered, &[]);
+    let out = run(
+        &params(side),
+        &layers,
+        100.0,
+        &remembered.iter().map(|&steps| in_memory(steps)).collect::<Vec<_>>(),
+        &[],
+    );
     let value = |[sum, count]: [u32; 2]| (f64::from(sum) / 4080.0 / f64::from(count.max(1)), count);
     let want: Vec<[u32; 3]> = layers
         .iter()
@@ -92,7 +103,12 @@ fn compare_with_twin(side: usize, seed: u64) {
     assert_close("strength", &strength, &column(1), STEP);
     let glass: Vec<u32> = out.words("cell_class").iter().map(|word| word >> 8 & 0xfff).collect();
     assert_close("glass", &glass, &column(2), STEP);
-    assert_close("remembered", out.words("remembered"), &column(2), STEP);
+    let remembered: Vec<u32> = out.words("remembered").iter().map(|word| word >> 20).collect();
+    assert_close("remembered", &remembered, &column(2), STEP);
+    assert!(
+        out.words("remembered").iter().all(|&word| word == in_memory(word >> 20)),
+        "whole steps without decay"
+    );
     if side > 8 {
         assert!(
             (0..5).filter(|class| *class != 0).all(|class| classes.contains(&class)),
@@ -130,13 +146,17 @@ fn truth_free_unknown_undecided_glass_and_clearing() {
     assert_eq!(one([NONE, [2000, 2], [2000, 2], [2000, 2]], 5.0), 3, "the plane below saw it too");
     assert_eq!(one([NONE, [8160, 2], [8160, 2], NONE], 5.0), 2, "head on so bright that it is solid");
 
-    let keep = run(&params(1), &[[NONE; 4]], 5.0, &[900], &[]);
-    assert_eq!((class(&keep), keep.words("remembered")[0]), (4, 900));
-    let cleared = run(&params(1), &[[NONE; 4]], 5.0, &[900], &[("clearing", true)]);
+    let keep = run(&params(1), &[[NONE; 4]], 5.0, &[in_memory(900)], &[]);
+    assert_eq!((class(&keep), keep.words("remembered")[0]), (4, in_memory(900)));
+    let cleared = run(&params(1), &[[NONE; 4]], 5.0, &[in_memory(900)], &[("clearing", true)]);
     assert_eq!((class(&cleared), cleared.words("remembered")[0]), (1, 0));
     let decayed = IntensityClassesParams { keep_share: 0.5, ..params(1) };
-    let faded = run(&decayed, &[[NONE; 4]], 5.0, &[900], &[]);
-    assert_eq!(faded.words("remembered")[0], 450);
+    let faded = run(&decayed, &[[NONE; 4]], 5.0, &[in_memory(900)], &[]);
+    assert_eq!(faded.words("remembered")[0], in_memory(450));
+    // A share of a step that is lost adds up over scans.
+    let slow = IntensityClassesParams { keep_share: 1.0 - 1.0 / 4096.0, ..params(1) };
+    let faded = run(&slow, &[[NONE; 4]], 5.0, &[in_memory(900)], &[]);
+    assert_eq!(faded.words("remembered")[0], in_memory(900) - 900 * 256);
 }
 
 #[test]
@@ -147,19 +167,29 @@ fn truth_cells_that_enter_the_window_have_no_past() {
     // Nine cells that all remember glass; the window moves by one cell along x, and by one back along y.
     let moved =
         IntensityClassesParams { shift_x: 1, shift_y: -1, origin_slot_x: 1, origin_slot_y: 2, ..params(3) };
-    let out = run(&moved, &[[NONE; 4]; 9], 5.0, &[900; 9], &[]);
+    let out = run(&moved, &[[NONE; 4]; 9], 5.0, &[in_memory(900); 9], &[]);
     let glass: Vec<bool> = out.words("cell_class").iter().map(|word| word & 0xff == 4).collect();
     let (kept, new) = (true, false);
     assert_eq!(glass, [new, new, new, kept, kept, new, kept, kept, new]);
     // Window row 0 lies in the slots of row 2, column 2 in those of column 0.
-    assert_eq!(out.words("remembered"), [0, 900, 900, 0, 900, 900, 0, 0, 0]);
-    let forgotten =
-        run(&IntensityClassesParams { forget: 1, ..params(3) }, &[[NONE; 4]; 9], 5.0, &[900; 9], &[]);
+    assert_eq!(out.words("remembered"), [0, 900, 900, 0, 900, 900, 0, 0, 0].map(in_memory));
+    let forgotten = run(
+        &IntensityClassesParams { forget: 1, ..params(3) },
+        &[[NONE; 4]; 9],
+        5.0,
+        &[in_memory(900); 9],
+        &[],
+    );
     assert!(forgotten.words("remembered").iter().all(|&steps| steps == 0));
-    let still = run(&params(3), &[[NONE; 4]; 9], 5.0, &[900; 9], &[]);
-    assert!(still.words("remembered").iter().all(|&steps| steps == 900));
+    let still = run(&params(3), &[[NONE; 4]; 9], 5.0, &[in_memory(900); 9], &[]);
+    assert!(still.words("remembered").iter().all(|&steps| steps == in_memory(900)));
     let far = IntensityClassesParams { shift_x: i32::MIN, shift_y: i32::MAX, ..params(3) };
-    assert!(run(&far, &[[NONE; 4]; 9], 5.0, &[900; 9], &[]).words("remembered").iter().all(|&s| s == 0));
+    assert!(
+        run(&far, &[[NONE; 4]; 9], 5.0, &[in_memory(900); 9], &[])
+            .words("remembered")
+            .iter()
+            .all(|&s| s == 0)
+    );
 }
 
 #[test]

@@ -12,6 +12,7 @@ mod ingest;
 mod intensity_classes;
 mod intensity_layers;
 mod move_window;
+mod pane_cells;
 mod plan_map;
 mod register_color;
 mod see_through;

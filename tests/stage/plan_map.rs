@@ -73,11 +73,16 @@ fn truth_classes_costs_and_values() {
     // Unknown, free, solid; passable, glass, unknown near an obstacle; free within the robot's radius, passable weakly
     // and strongly inflated.
     let cells = [0, 1, 2 | 4080 << 20, 3, glass, 0, 1, 3, 3];
-    let inflation = [0, 0, 4080, 0, 2040, 1, INSCRIBED | 4080, 2, 4080];
+    let inflation = [0, 0, 4080, 0, 2040, 4080, INSCRIBED | 4080, 2, 4080];
     let values = [0.0, 0.0, 1.5, 0.25, 0.0, 0.0, 0.0, 0.25, 0.25];
     let out = run(&params, &cells, &inflation, &values);
-    assert_eq!(bytes(&out, "plan_classes", 3), [0, 1, 2, 3, 4, 5, 5, 3, 5]);
-    assert_eq!(bytes(&out, "plan_costs", 3), [255, 0, 254, 50, 254, 1, 253, 50, 252]);
+    assert_eq!(bytes(&out, "plan_classes", 3), [0, 1, 2, 3, 4, 0, 5, 3, 5]);
+    assert_eq!(bytes(&out, "plan_costs", 3), [255, 0, 254, 50, 254, 255, 253, 50, 252]);
+    // Unknown gives way within the robot's radius alone; free and passable cells are inflated beyond it.
+    let near =
+        run(&params, &[0, 0, 0, 1, 3, 0, 0, 0, 0], &[4080, INSCRIBED | 1, 1, 1, 4080, 0, 0, 0, 0], &[0.0; 9]);
+    assert_eq!(bytes(&near, "plan_classes", 3), [0, 5, 0, 5, 5, 0, 0, 0, 0]);
+    assert_eq!(bytes(&near, "plan_costs", 3), [255, 253, 255, 1, 252, 255, 255, 255, 255]);
     let values = out.floats("cell_values");
     let cell = |at: usize| &values[4 * at..4 * at + 4];
     // I_TP, I_FP, I_FN, I_inflate: shares of full scale times the value of a solid cell.

@@ -306,7 +306,7 @@ fn resized_depth(native: [u32; 2], size: [u32; 2], depth: &[f32]) -> Vec<f32> {
     let (text, invocations) = resize(native, size, Backend { textures: false, subgroups: false });
     let pixels = (size[0] * size[1]) as usize;
     let out = Fragment::new()
-        .params("resize_params", &ResizeParams { per_metre: 0.1, pad0: 0, pad1: 0, pad2: 0 })
+        .params("resize_params", &ResizeParams { per_metre: 0.1, change_per_metre: 0.1, pad1: 0, pad2: 0 })
         .input("depth_m", depth)
         .input("color", &vec![0xff00_0000_u32; depth.len()])
         .changed("depth_before", &vec![0.0_f32; pixels])

@@ -1,8 +1,8 @@
 // The organized cloud of a scan: rows by elevation (the lowest first) x columns by azimuth x two returns (spec 3 §1).
 struct GlassParams {
-    map_from_lidar_x: vec4<f32>,
-    map_from_lidar_y: vec4<f32>,
-    map_from_lidar_z: vec4<f32>,
+    local_from_lidar_x: vec4<f32>,
+    local_from_lidar_y: vec4<f32>,
+    local_from_lidar_z: vec4<f32>,
     points: u32,
     rows: u32,
     columns: u32,
@@ -24,7 +24,7 @@ struct GlassParams {
     bright_ratio: f32,
     lobe_cos: f32,
     visible_cos: f32,
-    pad0: u32,
+    replaces: u32,
     pad1: u32,
     pad2: u32,
 }

@@ -5,6 +5,7 @@ use std::collections::VecDeque;
 use bytemuck::{cast_slice, pod_read_unaligned};
 
 use crate::base::Rigid;
+use crate::base::seconds_between;
 use crate::base::{Error, Result};
 use crate::config::{Config, Method};
 use crate::frame::Options;
@@ -166,8 +167,9 @@ impl Maker {
                 if let Some(color) = &self.color {
                     color.write(&moment, &mut input)?;
                 }
-                let per_metre = single(1.0 / DEPTH_SCALE_M);
-                input.set("resize_params", &ResizeParams { per_metre, pad0: 0, pad1: 0, pad2: 0 })?;
+                let before = self.kept.iter().rev().nth(1).map(|kept| kept.stamp_ns);
+                let since_last_s = before.map(|before| seconds_between(before, frame.depth.stamp_ns));
+                input.set("resize_params", &ResizeParams::new(DEPTH_SCALE_M, since_last_s))?;
             }
             None => {
                 let color = if job.color_aligned { ALIGN_COLOR.name } else { REGISTER_COLOR.name };

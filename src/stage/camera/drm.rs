@@ -13,12 +13,29 @@ crate::params! {
     pub struct ResizeParams {
         /// 1 / metres that depth is divided by before it goes into the network.
         pub per_metre: f32,
-        /// Unused.
-        pub pad0: u32,
+        /// The same for its change since the frame before; 0 where none came right before.
+        pub change_per_metre: f32,
         /// Unused.
         pub pad1: u32,
         /// Unused.
         pub pad2: u32,
+    }
+}
+
+/// Frames farther apart than this do not follow each other: the network is trained on the change of depth between frames of a
+/// running camera, and on no change at all for a recording's first frame (`FIRST_FRAMES` of `weights/train.py`).
+pub const MOST_GAP_S: f64 = 0.2;
+
+impl ResizeParams {
+    /// For depth that is divided by `scale_m`, of a frame `since_last_s` after the one that depth is compared with, where it
+    /// follows one.
+    ///
+    /// The first frame, and one after a gap or a jump back in time, changes by 0, as the first of a recording in training: a
+    /// change over a longer time is larger than any that the network has learned from.
+    pub fn new(scale_m: f64, since_last_s: Option<f64>) -> Self {
+        let follows = since_last_s.is_some_and(|gap_s| gap_s > 0.0 && gap_s <= MOST_GAP_S);
+        let per_metre = single(1.0 / scale_m);
+        Self { per_metre, change_per_metre: if follows { per_metre } else { 0.0 }, pad1: 0, pad2: 0 }
     }
 }
 
@@ -106,7 +123,7 @@ impl Stage for DrmNet {
             let reason = "is missing, or its place relative to depth is; method drm needs it".into();
             return Err(Error::Input { what: "colour image".into(), reason });
         }
-        let per_metre = single(1.0 / self.drm.network.depth_scale_m);
-        input.set("resize_params", &ResizeParams { per_metre, pad0: 0, pad1: 0, pad2: 0 })
+        let since_last_s = moment.since_last_s.filter(|_| moment.follows);
+        input.set("resize_params", &ResizeParams::new(self.drm.network.depth_scale_m, since_last_s))
     }
 }

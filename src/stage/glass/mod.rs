@@ -1,4 +1,11 @@
 //! Panes of glass in a scan, what lies on them and what they mirror (spec 3): the passes, in order, and their parameters.
+//!
+//! The passes take a scan's points as they were measured, all as if at the scan's stamp; they are not deskewed. Beams and their
+//! grid are the sensor's own, so a point must stay on its beam; and a reflection is on the beam of the pane that mirrors it,
+//! seen at the same time. So the lidar is assumed to move little while it sweeps over one pane and what the pane mirrors.
+//! A pane is given in the lidar's frame at the stamp. It is off by as much as the lidar moved between the time at which its
+//! beams were fired and the stamp: at most 0.1 m at 1 m/s and 10 Hz. What `glass/clean` moves stays on its beam and keeps its
+//! time, so the map deskews it like any other point.
 
 use glam::Vec4;
 
@@ -8,7 +15,7 @@ use crate::config::Config;
 use crate::gpu::{Extent, FrameInput, Invocations, Plan};
 use crate::lidar::{ScanJob, ScanMoment, ScanStage};
 use crate::map::glass::COUNTERS_WORDS;
-use crate::map::{KEPT_PANES, Pane};
+use crate::map::{KEPT_PANES, Pane, PaneSet};
 use crate::sensor::BeamGrid;
 use crate::stage::lidar::intensity_layers::POINT_ROW;
 use crate::stage::{rows, single};
@@ -54,12 +61,12 @@ pub const HEADER_BYTES: u64 = 16;
 crate::params! {
     /// Parameters of all passes of glass.
     pub struct GlassParams {
-        /// Rotation and translation of the lidar in the map, row x.
-        pub map_from_lidar_x: Vec4,
+        /// Rotation and translation of the lidar in the map's axes from the local origin, row x.
+        pub local_from_lidar_x: Vec4,
         /// Row y.
-        pub map_from_lidar_y: Vec4,
+        pub local_from_lidar_y: Vec4,
         /// Row z.
-        pub map_from_lidar_z: Vec4,
+        pub local_from_lidar_z: Vec4,
         /// Points of the scan.
         pub points: u32,
         /// Rows of the organized cloud.
@@ -80,7 +87,7 @@ crate::params! {
         pub seed: u32,
         /// Whether panes are kept from scan to scan: 0 or 1.
         pub remembers: u32,
-        /// Panes in `loaded_panes` that replace what is kept, in this scan.
+        /// Panes in `loaded_panes`.
         pub loaded: u32,
         /// Candidates that make a plane.
         pub min_inliers: u32,
@@ -102,8 +109,8 @@ crate::params! {
         pub lobe_cos: f32,
         /// Cosine of the angle from head on within which glass shows.
         pub visible_cos: f32,
-        /// Unused.
-        pub pad0: u32,
+        /// Whether what is kept goes, and those in `loaded_panes` come in its place: 0 or 1.
+        pub replaces: u32,
         /// Unused.
         pub pad1: u32,
         /// Unused.
@@ -127,9 +134,10 @@ pub fn row_texels(grid: &BeamGrid) -> Vec<[f32; 4]> {
 pub struct GlassMoment<'a> {
     /// Points of the scan.
     pub points: u32,
-    /// Pose of the lidar in the frame in which panes are kept.
-    pub map_from_lidar: Rigid,
-    /// Panes to begin with, in place of those kept.
+    /// Pose of the lidar in the frame in which panes are kept: the map's axes, from an origin near the first pose, as f32
+    /// is too coarse for coordinates far from it.
+    pub local_from_lidar: Rigid,
+    /// Panes to begin with, in place of all those kept, if there are none too; `None`: what is kept stays.
     pub load: Option<&'a [Pane]>,
 }
 
@@ -139,7 +147,7 @@ pub struct Glass {
     /// Rows and columns of the sensor's beams.
     pub grid: BeamGrid,
     /// Panes to begin with, in the map.
-    pub load: Vec<Pane>,
+    pub load: PaneSet,
 }
 
 impl ScanStage for Glass {
@@ -150,10 +158,11 @@ impl ScanStage for Glass {
     }
 
     fn write(&self, moment: &ScanMoment<'_>, input: &mut FrameInput<'_>) -> Result<()> {
+        let load = moment.first.then(|| self.load.from_origin(moment.origin_m));
         let glass = GlassMoment {
             points: u32::try_from(moment.frame.scan.points.len()).unwrap_or(moment.job.capacity),
-            map_from_lidar: moment.pose.map_from_lidar(),
-            load: moment.first.then_some(self.load.as_slice()),
+            local_from_lidar: moment.pose.map_from_lidar().from_origin(moment.origin_m),
+            load: load.as_deref(),
         };
         Self::write(self, &moment.job.config, &glass, input)
     }
@@ -238,13 +247,13 @@ impl Glass {
 
     /// The parameters of one scan.
     pub fn params(&self, config: &Config, moment: &GlassMoment<'_>) -> GlassParams {
-        let [map_from_lidar_x, map_from_lidar_y, map_from_lidar_z] = rows(moment.map_from_lidar);
+        let [local_from_lidar_x, local_from_lidar_y, local_from_lidar_z] = rows(moment.local_from_lidar);
         let count = |length: usize| u32::try_from(length).unwrap_or(u32::MAX);
         let [half_rows, half_columns] = self.grid.cells_within(config.glass_slack_deg);
         GlassParams {
-            map_from_lidar_x,
-            map_from_lidar_y,
-            map_from_lidar_z,
+            local_from_lidar_x,
+            local_from_lidar_y,
+            local_from_lidar_z,
             points: moment.points,
             rows: self.grid.rows,
             columns: self.grid.columns,
@@ -266,7 +275,7 @@ impl Glass {
             bright_ratio: single(config.glass_bright_ratio),
             lobe_cos: single(config.glass_lobe_deg.to_radians().cos()),
             visible_cos: single(config.glass_visible_deg.to_radians().cos()),
-            pad0: 0,
+            replaces: u32::from(moment.load.is_some()),
             pad1: 0,
             pad2: 0,
         }

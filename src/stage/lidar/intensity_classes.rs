@@ -73,15 +73,30 @@ pub fn solid_value(job: &ScanJob) -> f64 {
     }
 }
 
+/// Fades of remembered glass in one decay time: a remembered value of a single step still loses 256 units of its fraction in
+/// each, so that rounding is below 1 %.
+const FADES_PER_DECAY: f64 = 4096.0;
+
+/// Share of a remembered value that is kept since the scan before.
+///
+/// A slow decay comes in fades at fixed times of the clock, none or several a scan: many scans in a short time then fade as
+/// much as few.
+fn keep_share(decay_s: f64, moment: &ScanMoment<'_>) -> f64 {
+    let Some(dt_s) = moment.since_last_s.filter(|&dt_s| decay_s > 0.0 && dt_s > 0.0) else { return 1.0 };
+    let lost = dt_s / decay_s;
+    if lost * FADES_PER_DECAY > 64.0 {
+        return (-lost).exp();
+    }
+    let now_s = std::time::Duration::from_nanos(moment.frame.scan.stamp_ns).as_secs_f64();
+    let fades = |at_s: f64| (at_s / decay_s * FADES_PER_DECAY).floor();
+    ((fades(now_s - dt_s) - fades(now_s)) / FADES_PER_DECAY).exp()
+}
+
 /// The parameters of one scan.
 pub fn params(moment: &ScanMoment<'_>) -> IntensityClassesParams {
     let (job, config) = (moment.job, &moment.job.config);
     let [origin_slot_x, origin_slot_y] = moment.window.origin_slot(job.side());
     let [shift_x, shift_y] = moment.window.shift;
-    let keep_share = match moment.since_last_s {
-        Some(dt_s) if config.transparent_decay_s > 0.0 => (-dt_s / config.transparent_decay_s).exp(),
-        _ => 1.0,
-    };
     let per_rad = |step_deg: f64| single(1.0 / step_deg.to_radians().max(1e-9));
     let [low, high] = config.elevation_range_deg.map(|deg| single(deg.to_radians()));
     IntensityClassesParams {
@@ -95,7 +110,7 @@ pub fn params(moment: &ScanMoment<'_>) -> IntensityClassesParams {
         gamma: single(config.gamma),
         transparent_threshold: single(config.transparent_threshold),
         solid_value: single(solid_value(job)),
-        keep_share: single(keep_share),
+        keep_share: single(keep_share(config.transparent_decay_s, moment)),
         min_returns: config.min_returns,
         rays_per_rad: per_rad(config.azimuth_step_deg),
         rings_per_rad: per_rad(config.elevation_step_deg),

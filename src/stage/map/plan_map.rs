@@ -1,4 +1,5 @@
-//! The plan map: costs in Nav2's scale and a class per cell (spec 2 §4).
+//! The plan map: costs in Nav2's scale and a class per cell (spec 2 §4). An unknown cell stays unknown unless the
+//! inflated cost is 253, as in the camera's map: no beam has shown that it is free.
 
 use crate::base::Result;
 use crate::gpu::{FrameInput, Invocations, Plan, ShaderSource};
