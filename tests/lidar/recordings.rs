@@ -168,6 +168,26 @@ fn stamps_may_lie_far_from_the_log_s_time() {
 }
 
 #[test]
+fn a_scan_without_a_pose_costs_no_other_its_own() {
+    let mut recorder = Recorder::new();
+    recorder.transform("/tf_static", at_ms(0), ["base_link", "lidar"], [0.0, 0.0, 1.0], NO_ROTATION);
+    for ms in (1000..=31_000).step_by(50) {
+        record_base_at(&mut recorder, at_ms(ms), at_ms(ms), ms as f64 * 1e-3);
+        if ms % 1000 == 0 {
+            // The first lies before all transforms: reading on to the end for it would push the others' out of the window.
+            let stamp_ns = if ms == 1000 { at_ms(500) } else { at_ms(ms) };
+            record_cloud_at(&mut recorder, at_ms(ms), stamp_ns, [0.0; 2]);
+        }
+    }
+    let found = frames(&recorder.save(), &Config::default());
+    assert_eq!((found.len(), found[0].pose), (31, None));
+    for (second, frame) in (2_u32..).zip(&found[1..]) {
+        let pose = frame.pose.unwrap_or_else(|| panic!("second {second}"));
+        assert!(near(pose.map_from_base.translation_m, [f64::from(second), 0.0, 0.0]), "{pose:?}");
+    }
+}
+
+#[test]
 fn a_scan_may_be_stamped_after_its_last_point() {
     let mut recorder = Recorder::new();
     recorder.transform("/tf_static", at_ms(0), ["base_link", "lidar"], [0.0, 0.0, 1.0], NO_ROTATION);

@@ -174,6 +174,23 @@ fn odometry_takes_the_place_of_tf_for_the_base() {
 }
 
 #[test]
+fn odometry_of_another_frame_leaves_the_base_its_fixed_transform() {
+    let mut recorder = Recorder::new();
+    recorder.transform("/tf_static", at_ms(0), ["base_link", FRAME], [0.0, 0.0, 1.0], OPTICAL);
+    // Comes once, before odometry says that it does not give the base.
+    recorder.transform("/tf_static", at_ms(0), ["base_footprint", "base_link"], [0.0, 0.0, 0.1], NO_ROTATION);
+    for (ms, x) in [(0, 0.0), (100, 1.0)] {
+        let message = odometry(at_ms(ms), ["odom", "base_footprint"], x);
+        recorder.ros("/odom", "nav_msgs/msg/Odometry", at_ms(ms), &message);
+    }
+    recorder.depth(at_ms(25), 7);
+    let config = Config { odometry_topic: "/odom".into(), map_frame: "odom".into(), ..Config::default() };
+    let (frames, report) = read_mcap(&recorder.save(), &config).unwrap();
+    let pose = frames[0].pose.unwrap_or_else(|| panic!("{report:?}"));
+    assert!(near(pose.map_from_base.translation_m, [0.25, 0.0, 0.1]), "{pose:?}");
+}
+
+#[test]
 fn a_stated_base_serves_where_the_recording_knows_only_its_camera() {
     let mut recorder = Recorder::new();
     recorder.transform("/tf", at_ms(0), ["map", FRAME], [4.0, 0.0, 1.0], OPTICAL);
