@@ -2,8 +2,10 @@
 
 mod error;
 mod geometry;
+mod refused;
 mod time;
 
 pub use error::{Error, Result};
 pub use geometry::Rigid;
+pub use refused::Refused;
 pub use time::{duration_ns, seconds_between};
