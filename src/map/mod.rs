@@ -1,5 +1,6 @@
 //! The map's values: window and grid, panes and labels of glass.
 
+mod cell_class;
 pub mod clean;
 pub mod glass;
 mod grid;
@@ -8,12 +9,17 @@ mod pane;
 pub mod pane_file;
 mod pane_set;
 mod state;
+mod update;
 mod verdict;
 mod window;
 
+pub use cell_class::CellClass;
 pub use grid::Grid;
 pub use pane::{KEPT_PANES, Pane};
 pub use pane_set::PaneSet;
 pub use state::State;
+pub use update::{
+    CameraUpdate, Counters, FrameImages, FrameLayers, LidarUpdate, MapUpdate, ScanLayers, Seen, Update,
+};
 pub use verdict::{MOST_AGE, Verdict};
 pub use window::Window;

@@ -46,7 +46,7 @@ impl BeamGrid {
     /// median step of azimuth.
     ///
     /// # Errors
-    /// [`Error::Input`] where the scan has no usable point or too many rings.
+    /// [`Error::Decode`] where the scan has no usable point or too many rings.
     pub fn of_scan(scan: &Scan) -> Result<Self> {
         let points: Vec<&Point> = scan.points.iter().filter(|point| is_usable(point)).collect();
         if points.is_empty() {
@@ -169,5 +169,5 @@ fn count(value: usize) -> u32 {
 }
 
 fn bad(reason: &str) -> Error {
-    Error::Input { what: "scan".into(), reason: reason.into() }
+    Error::Decode { what: "scan".into(), reason: reason.into() }
 }

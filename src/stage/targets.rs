@@ -12,7 +12,7 @@ use crate::network::weights::NATIVE_SIZE;
 use crate::sensor::CameraModel;
 use crate::stage::camera::drm;
 use crate::stage::camera::see_through::{field, lens, pinhole};
-use crate::stage::{Job, rows, single};
+use crate::stage::{CameraJob, rows, single};
 
 const TOLERANCE: &str = include_str!("../../shaders/lib/targets/tolerance.wgsl");
 const NEARNESS: &str = include_str!("../../shaders/lib/targets/nearness.wgsl");
@@ -218,7 +218,7 @@ impl Targets {
     ///
     /// # Errors
     /// Those of the plan.
-    pub fn append(&self, plan: &mut Plan, job: &Job) -> Result<()> {
+    pub fn append(&self, plan: &mut Plan, job: &CameraJob) -> Result<()> {
         let image_bytes = job.image_bytes(4);
         let [rows, columns] = size();
         let low = u64::from(rows) * u64::from(columns);
@@ -255,7 +255,12 @@ impl Targets {
     ///
     /// # Errors
     /// Those of the input.
-    pub fn write_remember(&self, job: &Job, slot: Option<usize>, input: &mut FrameInput<'_>) -> Result<()> {
+    pub fn write_remember(
+        &self,
+        job: &CameraJob,
+        slot: Option<usize>,
+        input: &mut FrameInput<'_>,
+    ) -> Result<()> {
         let words = job.pixel_words();
         let params = RememberParams { words, slot: count(slot.unwrap_or(0)), pad0: 0, pad1: 0 };
         input.set("remember_params", &params)?;
@@ -268,7 +273,7 @@ impl Targets {
     /// Those of the input.
     pub fn write_target(
         &self,
-        job: &Job,
+        job: &CameraJob,
         slot: usize,
         views: &[View],
         input: &mut FrameInput<'_>,
@@ -319,7 +324,7 @@ pub fn judge_params(native: [u32; 2], size: [u32; 2], [share, noise_per_m]: [f32
 }
 
 /// Parameters of `targets/reproject` for those views.
-pub fn reproject_params(job: &Job, views: &[View]) -> ReprojectParams {
+pub fn reproject_params(job: &CameraJob, views: &[View]) -> ReprojectParams {
     let camera = &job.depth;
     let [lens_a, lens_b] = lens(camera);
     let [focal_px, centre_px] = pinhole(camera);

@@ -1,13 +1,14 @@
 //! Colour whose images lie on the depth grid in every frame: unpacked, not projected (spec 1 §1).
 
 use std::borrow::Cow;
+use std::sync::Arc;
 
-use crate::base::{Error, Result};
+use crate::base::{Refused, Result};
 use crate::gpu::{FrameInput, Invocations, Plan, ShaderSource};
-use crate::sensor::CameraModel;
+use crate::sensor::{CameraModel, Observation};
 use crate::stage::camera::ingest::aligned_for_upload;
-use crate::stage::camera::register_color::color_of;
-use crate::stage::{Job, Moment, Stage};
+use crate::stage::camera::register_color::{check_color_size, color_of};
+use crate::stage::{CameraJob, Moment, Stage};
 
 /// The pass.
 pub const ALIGN_COLOR: ShaderSource =
@@ -30,25 +31,34 @@ crate::params! {
 /// The stage, for colour images of one calibration.
 #[derive(Debug)]
 pub struct AlignColor {
+    /// What it is built for.
+    pub job: Arc<CameraJob>,
     /// The colour camera.
     pub camera: CameraModel,
 }
 
 impl Stage for AlignColor {
-    fn append(&self, plan: &mut Plan, job: &Job) -> Result<()> {
+    fn append(&self, plan: &mut Plan) -> Result<()> {
+        let job = &*self.job;
         plan.uniform::<AlignColorParams>("align_color_params")?;
         plan.upload("color_raw", u64::from(job.pixel_words()) * 12)?;
         plan.product("color", job.image_bytes(4))?;
         plan.step(ALIGN_COLOR, Invocations::line(job.pixel_words()), &[])
     }
 
-    fn write(&self, moment: &Moment<'_>, input: &mut FrameInput<'_>) -> Result<()> {
-        let color = color_of(moment, &self.camera)?;
-        if color.is_some() && !moment.frame.color_is_aligned() {
+    fn check(&self, observation: &Observation) -> std::result::Result<(), Refused> {
+        let Some(frame) = observation.frame() else { return Ok(()) };
+        check_color_size(frame, &self.camera)?;
+        if color_of(frame).is_some() && !frame.color_is_aligned() {
             let reason = "leaves the depth grid on which it was when the recording began".into();
-            return Err(Error::Input { what: "colour image".into(), reason });
+            return Err(Refused::Image { what: "colour", reason });
         }
-        let (words, present) = (moment.job.pixel_words(), u32::from(color.is_some()));
+        Ok(())
+    }
+
+    fn write(&self, moment: &Moment<'_>, input: &mut FrameInput<'_>) -> Result<()> {
+        let color = color_of(moment.frame()?);
+        let (words, present) = (self.job.pixel_words(), u32::from(color.is_some()));
         input.set("align_color_params", &AlignColorParams { words, present, pad0: 0, pad1: 0 })?;
         match color {
             Some(color) => input.write("color_raw", &aligned_for_upload(Cow::Borrowed(&color.rgb))),

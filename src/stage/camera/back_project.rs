@@ -1,5 +1,7 @@
 //! Depth pixels into the cells they end in (spec 1 §3).
 
+use std::sync::Arc;
+
 use bytemuck::cast_slice;
 use glam::{Vec2, Vec4};
 
@@ -7,7 +9,7 @@ use crate::base::Result;
 use crate::gpu::{FrameInput, Invocations, Plan, ShaderSource};
 use crate::sensor::{CameraModel, Distortion};
 use crate::stage::camera::see_through::{TILE, pinhole};
-use crate::stage::{Job, Moment, Stage, rows, single};
+use crate::stage::{CameraJob, Moment, Stage, rows, single};
 
 /// The pass.
 pub const BACK_PROJECT: ShaderSource = ShaderSource {
@@ -89,10 +91,14 @@ pub fn rays(camera: &CameraModel) -> Vec<u8> {
 
 /// The stage.
 #[derive(Debug)]
-pub struct BackProject;
+pub struct BackProject {
+    /// What it is built for.
+    pub job: Arc<CameraJob>,
+}
 
 impl Stage for BackProject {
-    fn append(&self, plan: &mut Plan, job: &Job) -> Result<()> {
+    fn append(&self, plan: &mut Plan) -> Result<()> {
+        let job = &*self.job;
         plan.uniform::<BackProjectParams>("back_project_params")?;
         plan.scratch("strip_counts", u64::from(job.strips()) * 4)?;
         let tiles_y = u64::from(job.depth.height.div_ceil(TILE));
@@ -108,8 +114,9 @@ impl Stage for BackProject {
     }
 
     fn write(&self, moment: &Moment<'_>, input: &mut FrameInput<'_>) -> Result<()> {
-        let (job, config) = (moment.job, &moment.job.config);
-        let [x, y, z] = rows(moment.window_from_camera);
+        let (job, config) = (&self.job, &self.job.config);
+        let window_from_camera = moment.in_window(moment.pose.map_from_sensor(), config.ground_z_m);
+        let [x, y, z] = rows(window_from_camera);
         let [groups_x, groups_y] = groups(&job.depth);
         let [focal_px, centre_px] = pinhole(&job.depth);
         let params = BackProjectParams {
@@ -118,7 +125,7 @@ impl Stage for BackProject {
             window_from_camera_z: z,
             width: job.depth.width,
             height: job.depth.height,
-            side: job.side(),
+            side: job.side,
             resolution_m: single(config.resolution_m),
             mark_range_m: single(config.mark_range_m),
             height_min_m: single(config.height_min_m),

@@ -2,11 +2,12 @@
 
 use std::sync::Arc;
 
-use crate::base::{Error, Result};
+use crate::base::{Refused, Result};
 use crate::gpu::{FrameInput, Invocations, Plan, ShaderText};
 use crate::network::weights::{NATIVE_SIZE, Network};
 use crate::network::{Backend, INPUT, Kernel, OUTPUT, Passes};
-use crate::stage::{Job, Moment, Stage, single};
+use crate::sensor::{Observation, RgbdFrame};
+use crate::stage::{CameraJob, Moment, Stage, single};
 
 crate::params! {
     /// Parameters of `resize`.
@@ -51,6 +52,8 @@ pub struct Drm {
 /// The stage.
 #[derive(Debug)]
 pub struct DrmNet {
+    /// What it is built for.
+    pub job: Arc<CameraJob>,
     /// What it runs.
     pub drm: Drm,
 }
@@ -100,7 +103,8 @@ fn sizes(native: [u32; 2], size: [u32; 2]) -> [(&'static str, u32); 4] {
 }
 
 impl Stage for DrmNet {
-    fn append(&self, plan: &mut Plan, job: &Job) -> Result<()> {
+    fn append(&self, plan: &mut Plan) -> Result<()> {
+        let job = &*self.job;
         let Drm { network, backend } = &self.drm;
         let passes = Passes { network, size: Self::size(), backend: *backend, keep_all: false };
         passes.check_size()?;
@@ -116,13 +120,17 @@ impl Stage for DrmNet {
         plan.step(restore, invocations, &[("reliability_low", OUTPUT)])
     }
 
-    fn write(&self, moment: &Moment<'_>, input: &mut FrameInput<'_>) -> Result<()> {
-        let placed = moment.frame.color.is_some() && moment.frame.color_from_depth.is_some();
-        if !placed {
-            // Black in place of colour would be a scene of its own to the network.
-            let reason = "is missing, or its place relative to depth is; method drm needs it".into();
-            return Err(Error::Input { what: "colour image".into(), reason });
+    fn check(&self, observation: &Observation) -> std::result::Result<(), Refused> {
+        let placed = |frame: &RgbdFrame| frame.color.is_some() && frame.color_from_depth.is_some();
+        if observation.frame().is_some_and(placed) {
+            return Ok(());
         }
+        // Black in place of colour would be a scene of its own to the network.
+        let reason = "is missing, or its place relative to depth is; method drm needs it".into();
+        Err(Refused::Image { what: "colour", reason })
+    }
+
+    fn write(&self, moment: &Moment<'_>, input: &mut FrameInput<'_>) -> Result<()> {
         let since_last_s = moment.since_last_s.filter(|_| moment.follows);
         input.set("resize_params", &ResizeParams::new(self.drm.network.depth_scale_m, since_last_s))
     }

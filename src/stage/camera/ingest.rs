@@ -1,5 +1,7 @@
 //! Raw depth to metres; range gating; weight 1 where there is depth (spec 1 §4).
 
+use std::sync::Arc;
+
 use std::borrow::Cow;
 
 use bytemuck::cast_slice;
@@ -8,7 +10,7 @@ use crate::base::Result;
 use crate::config::{Config, Method};
 use crate::gpu::{FrameInput, Invocations, Plan, ShaderSource};
 use crate::sensor::DepthSamples;
-use crate::stage::{Job, Moment, Stage, single};
+use crate::stage::{CameraJob, Moment, Stage, single};
 
 /// The pass.
 pub const INGEST: ShaderSource = ShaderSource {
@@ -75,15 +77,19 @@ impl IngestParams {
 
 /// The stage.
 #[derive(Debug)]
-pub struct Ingest;
+pub struct Ingest {
+    /// What it is built for.
+    pub job: Arc<CameraJob>,
+}
 
 /// vec4 words of raw samples: eight counts or four floats each.
-fn words(job: &Job) -> u32 {
+fn words(job: &CameraJob) -> u32 {
     job.pixels().div_ceil(if job.float_depth { 4 } else { 8 })
 }
 
 impl Stage for Ingest {
-    fn append(&self, plan: &mut Plan, job: &Job) -> Result<()> {
+    fn append(&self, plan: &mut Plan) -> Result<()> {
+        let job = &*self.job;
         let words = words(job);
         plan.uniform::<IngestParams>("ingest_params")?;
         plan.upload("depth_raw", u64::from(words) * 16)?;
@@ -95,13 +101,13 @@ impl Stage for Ingest {
     }
 
     fn write(&self, moment: &Moment<'_>, input: &mut FrameInput<'_>) -> Result<()> {
-        let (bytes, unit_m) = match &moment.frame.depth.samples {
+        let (bytes, unit_m) = match &moment.frame()?.depth.samples {
             DepthSamples::Integer { raw, unit_m } => {
                 (Cow::Borrowed(cast_slice::<u16, u8>(raw)), Some(*unit_m))
             }
             DepthSamples::Metres(samples) => (Cow::Borrowed(cast_slice::<f32, u8>(samples)), None),
         };
-        let params = IngestParams::new(&moment.job.config, words(moment.job), unit_m);
+        let params = IngestParams::new(&self.job.config, words(&self.job), unit_m);
         input.set("ingest_params", &params)?;
         input.write("depth_raw", &aligned_for_upload(bytes))
     }

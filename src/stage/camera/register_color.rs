@@ -1,17 +1,16 @@
 //! Colour at the depth camera's pixels (spec 1 §1).
 
 use std::borrow::Cow;
+use std::sync::Arc;
 
 use glam::{Vec2, Vec4};
 
-use crate::base::Rigid;
-use crate::base::{Error, Result};
+use crate::base::{Refused, Result, Rigid};
 use crate::gpu::{FrameInput, Invocations, Plan, ShaderSource};
-use crate::sensor::CameraModel;
-use crate::sensor::ColorImage;
+use crate::sensor::{CameraModel, ColorImage, Observation, RgbdFrame};
 use crate::stage::camera::ingest::aligned_for_upload;
 use crate::stage::camera::see_through::{lens, pinhole};
-use crate::stage::{Job, Moment, Stage, rows};
+use crate::stage::{CameraJob, Moment, Stage, rows};
 
 /// The pass.
 pub const REGISTER_COLOR: ShaderSource = ShaderSource {
@@ -61,39 +60,51 @@ crate::params! {
 /// The stage, for colour images of one calibration.
 #[derive(Debug)]
 pub struct RegisterColor {
+    /// What it is built for.
+    pub job: Arc<CameraJob>,
     /// The colour camera.
     pub camera: CameraModel,
 }
 
-/// The frame's colour image, which has the size of `first`, the camera that the pipeline was built for; `None` where there
-/// is none, or where its place is unknown: it is not shown in a made-up one.
+/// The frame's colour image; `None` where there is none, or where its place is unknown: it is not shown in a made-up one.
+pub(super) fn color_of(frame: &RgbdFrame) -> Option<&ColorImage> {
+    frame.color.as_ref().filter(|_| frame.color_from_depth.is_some())
+}
+
+/// Whether the frame's colour has the size of `first`, the camera that the passes were built for.
 ///
 /// # Errors
-/// [`Error::Input`] for another size.
-pub(super) fn color_of<'a>(moment: &Moment<'a>, first: &CameraModel) -> Result<Option<&'a ColorImage>> {
-    let color = moment.frame.color.as_ref().filter(|_| moment.frame.color_from_depth.is_some());
-    let size = |camera: &CameraModel| (camera.width, camera.height);
-    let Some(other) = color.map(|color| size(&color.camera)).filter(|&now| now != size(first)) else {
-        return Ok(color);
-    };
-    let reason =
-        format!("{}x{} where the recording began with {}x{}", other.0, other.1, first.width, first.height);
-    Err(Error::Input { what: "colour image".into(), reason })
+/// [`Refused::Image`] for another size.
+pub(super) fn check_color_size(frame: &RgbdFrame, first: &CameraModel) -> std::result::Result<(), Refused> {
+    let Some(now) = color_of(frame).map(|color| color.camera) else { return Ok(()) };
+    if (now.width, now.height) == (first.width, first.height) {
+        return Ok(());
+    }
+    let reason = format!(
+        "{}x{} where the recording began with {}x{}",
+        now.width, now.height, first.width, first.height
+    );
+    Err(Refused::Image { what: "colour", reason })
 }
 
 impl Stage for RegisterColor {
-    fn append(&self, plan: &mut Plan, job: &Job) -> Result<()> {
+    fn append(&self, plan: &mut Plan) -> Result<()> {
+        let job = &*self.job;
         plan.uniform::<RegisterColorParams>("register_color_params")?;
         plan.upload("color_raw", u64::from(self.camera.width) * u64::from(self.camera.height) * 3)?;
         plan.product("color", job.image_bytes(4))?;
         plan.step(REGISTER_COLOR, Invocations::line(job.pixels()), &[])
     }
 
+    fn check(&self, observation: &Observation) -> std::result::Result<(), Refused> {
+        observation.frame().map_or(Ok(()), |frame| check_color_size(frame, &self.camera))
+    }
+
     fn write(&self, moment: &Moment<'_>, input: &mut FrameInput<'_>) -> Result<()> {
-        let job = moment.job;
-        let color = color_of(moment, &self.camera)?;
+        let job = &self.job;
+        let color = color_of(moment.frame()?);
         let camera = color.map_or(self.camera, |c| c.camera);
-        let transform = moment.frame.color_from_depth.unwrap_or(Rigid::IDENTITY);
+        let transform = moment.frame()?.color_from_depth.unwrap_or(Rigid::IDENTITY);
         let [x, y, z] = rows(transform);
         let [lens_a, lens_b] = lens(&camera);
         let [focal_px, centre_px] = pinhole(&camera);
@@ -108,7 +119,7 @@ impl Stage for RegisterColor {
             color_width: camera.width,
             color_height: camera.height,
             pixels: job.pixels(),
-            aligned: u32::from(moment.frame.color_is_aligned()),
+            aligned: u32::from(moment.frame()?.color_is_aligned()),
             present: u32::from(color.is_some()),
             pad0: 0,
             pad1: 0,

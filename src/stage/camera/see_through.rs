@@ -1,12 +1,14 @@
 //! Cells that trusted rays cross before they end (spec 1 §3), one gather per cell.
 
+use std::sync::Arc;
+
 use glam::{Vec2, Vec4};
 
 use crate::base::Result;
 use crate::gpu::{FrameInput, Invocations, Plan, ShaderSource};
 use crate::sensor::CameraModel;
 use crate::stage::camera::view;
-use crate::stage::{Job, Moment, Stage, rows, single};
+use crate::stage::{CameraJob, Moment, Stage, rows, single};
 
 /// Farthest depths in tiles.
 pub const TILES: ShaderSource = ShaderSource {
@@ -151,18 +153,20 @@ pub fn field(camera: &CameraModel) -> [Vec2; 2] {
 /// The stage, with the camera's field of view.
 #[derive(Debug)]
 pub struct SeeThrough {
+    job: Arc<CameraJob>,
     field: [Vec2; 2],
 }
 
 impl SeeThrough {
-    /// For images of `camera`.
-    pub fn new(camera: &CameraModel) -> Self {
-        Self { field: field(camera) }
+    /// For the images of a camera.
+    pub fn new(job: &Arc<CameraJob>) -> Self {
+        Self { job: Arc::clone(job), field: field(&job.depth) }
     }
 }
 
 impl Stage for SeeThrough {
-    fn append(&self, plan: &mut Plan, job: &Job) -> Result<()> {
+    fn append(&self, plan: &mut Plan) -> Result<()> {
+        let job = &*self.job;
         let [tiles_x, tiles_y] = tiles(&job.depth);
         plan.uniform::<SeeThroughTilesParams>("see_through_tiles_params")?;
         plan.uniform::<SeeThroughGatherParams>("see_through_gather_params")?;
@@ -173,18 +177,19 @@ impl Stage for SeeThrough {
         let depth = &[("depth_m", job.depth_buffer())];
         plan.step(TILES, Invocations::area(tiles_x, tiles_y), &[])?;
         plan.step(AROUND, Invocations::area(tiles_x, tiles_y), &[])?;
-        plan.step(GATHER, Invocations::area(job.side(), job.side()), depth)?;
+        plan.step(GATHER, Invocations::area(job.side, job.side), depth)?;
         plan.with(&[("weighted", job.weighted())])
     }
 
     fn write(&self, moment: &Moment<'_>, input: &mut FrameInput<'_>) -> Result<()> {
-        let (job, config) = (moment.job, &moment.job.config);
-        let [x, y, z] = rows(moment.window_from_camera.inverse());
+        let (job, config) = (&self.job, &self.job.config);
+        let window_from_camera = moment.in_window(moment.pose.map_from_sensor(), config.ground_z_m);
+        let [x, y, z] = rows(window_from_camera.inverse());
         let [lens_a, lens_b] = lens(&job.depth);
         let [focal_px, centre_px] = pinhole(&job.depth);
-        let [origin_slot_x, origin_slot_y] = moment.window.origin_slot(job.side());
+        let [origin_slot_x, origin_slot_y] = moment.window.origin_slot(job.side);
         let [first_x, first_y, width, height] =
-            view::cells_in_view(self.field, moment.window_from_camera, config, job.side());
+            view::cells_in_view(self.field, window_from_camera, config, job.side);
         input.limit(GATHER.name, Invocations::area(width, height))?;
         let params = SeeThroughGatherParams {
             camera_from_window_x: x,
@@ -196,10 +201,10 @@ impl Stage for SeeThrough {
             centre_px,
             field_min: self.field[0],
             field_max: self.field[1],
-            camera_xy_m: moment.window_from_camera.translation_m.truncate().as_vec2(),
+            camera_xy_m: window_from_camera.translation_m.truncate().as_vec2(),
             width: job.depth.width,
             height: job.depth.height,
-            side: job.side(),
+            side: job.side,
             origin_slot_x,
             origin_slot_y,
             min_hits: config.min_hits,

@@ -1,8 +1,10 @@
 //! 5x5 median of valid depths (spec 1 §4).
 
+use std::sync::Arc;
+
 use crate::base::Result;
 use crate::gpu::{FrameInput, Invocations, Plan, ShaderSource};
-use crate::stage::{Job, Moment, Stage};
+use crate::stage::{CameraJob, Moment, Stage};
 
 /// The pass.
 pub const SPATIAL_MEDIAN: ShaderSource =
@@ -20,17 +22,21 @@ crate::params! {
 
 /// The stage.
 #[derive(Debug)]
-pub struct SpatialMedian;
+pub struct SpatialMedian {
+    /// What it is built for.
+    pub job: Arc<CameraJob>,
+}
 
 impl Stage for SpatialMedian {
-    fn append(&self, plan: &mut Plan, job: &Job) -> Result<()> {
+    fn append(&self, plan: &mut Plan) -> Result<()> {
+        let job = &*self.job;
         plan.uniform::<SpatialMedianParams>("spatial_median_params")?;
         plan.scratch("depth_median_m", job.image_bytes(4))?;
         plan.step(SPATIAL_MEDIAN, Invocations::area(job.depth.width, job.depth.height), &[])
     }
 
     fn write(&self, moment: &Moment<'_>, input: &mut FrameInput<'_>) -> Result<()> {
-        let camera = moment.job.depth;
+        let camera = self.job.depth;
         let params = SpatialMedianParams { width: camera.width, height: camera.height };
         input.set("spatial_median_params", &params)
     }

@@ -1,8 +1,10 @@
 //! Counters of a frame (spec 1 §5).
 
+use std::sync::Arc;
+
 use crate::base::Result;
 use crate::gpu::{FrameInput, Invocations, Plan, ShaderSource};
-use crate::stage::{Job, Moment, Stage};
+use crate::stage::{CameraJob, Moment, Stage};
 
 /// The pass.
 pub const TALLY: ShaderSource = ShaderSource {
@@ -33,20 +35,23 @@ crate::params! {
 
 /// The stage.
 #[derive(Debug)]
-pub struct Tally;
+pub struct Tally {
+    /// What it is built for.
+    pub job: Arc<CameraJob>,
+}
 
 impl Stage for Tally {
-    fn append(&self, plan: &mut Plan, _job: &Job) -> Result<()> {
+    fn append(&self, plan: &mut Plan) -> Result<()> {
         plan.uniform::<TallyParams>("tally_params")?;
         plan.read_back("counters")?;
         plan.step(TALLY, Invocations::line(INVOCATIONS), &[])
     }
 
     fn write(&self, moment: &Moment<'_>, input: &mut FrameInput<'_>) -> Result<()> {
-        let job = moment.job;
+        let job = &self.job;
         let params = TallyParams {
             strips: job.strips(),
-            cells: job.side() * job.side(),
+            cells: job.side * job.side,
             invocations: INVOCATIONS,
             pad: 0,
         };

@@ -1,9 +1,11 @@
 //! Occupancy and state per cell (spec 1 §3), temporal rejection (spec 1 §4).
 
+use std::sync::Arc;
+
 use crate::base::Result;
 use crate::config::Method;
 use crate::gpu::{FrameInput, Invocations, Plan, ShaderSource};
-use crate::stage::{Job, Moment, Stage, single};
+use crate::stage::{CameraJob, Moment, Stage, single};
 
 /// The pass.
 pub const UPDATE: ShaderSource = ShaderSource {
@@ -51,28 +53,32 @@ crate::params! {
 
 /// The stage.
 #[derive(Debug)]
-pub struct Update;
+pub struct Update {
+    /// What it is built for.
+    pub job: Arc<CameraJob>,
+}
 
 impl Stage for Update {
-    fn append(&self, plan: &mut Plan, job: &Job) -> Result<()> {
+    fn append(&self, plan: &mut Plan) -> Result<()> {
+        let job = &*self.job;
         plan.uniform::<UpdateParams>("update_params")?;
         for grid in ["evidence", "occupancy", "state"] {
             plan.product(grid, job.grid_bytes(4))?;
         }
-        plan.step(UPDATE, Invocations::area(job.side(), job.side()), &[])?;
+        plan.step(UPDATE, Invocations::area(job.side, job.side), &[])?;
         plan.with(&[("weighted", job.weighted()), ("gated", job.gated())])
     }
 
     fn write(&self, moment: &Moment<'_>, input: &mut FrameInput<'_>) -> Result<()> {
-        let (job, config) = (moment.job, &moment.job.config);
-        let [origin_slot_x, origin_slot_y] = moment.window.origin_slot(job.side());
+        let (job, config) = (&self.job, &self.job.config);
+        let [origin_slot_x, origin_slot_y] = moment.window.origin_slot(job.side);
         let temporal = config.method == Method::Temporal;
         let lambda = match moment.since_last_s {
             Some(dt_s) if config.rate_independent => config.lambda.powf(dt_s * NOMINAL_RATE_HZ),
             _ => config.lambda,
         };
         let params = UpdateParams {
-            side: job.side(),
+            side: job.side,
             origin_slot_x,
             origin_slot_y,
             min_hits: config.min_hits,

@@ -7,18 +7,19 @@
 //! beams were fired and the stamp: at most 0.1 m at 1 m/s and 10 Hz. What `glass/clean` moves stays on its beam and keeps its
 //! time, so the map deskews it like any other point.
 
+use std::sync::Arc;
+
 use glam::Vec4;
 
 use crate::base::Rigid;
 use crate::base::{Error, Result};
 use crate::config::Config;
 use crate::gpu::{Extent, FrameInput, Invocations, Plan};
-use crate::lidar::{ScanJob, ScanMoment, ScanStage};
 use crate::map::glass::COUNTERS_WORDS;
 use crate::map::{KEPT_PANES, Pane, PaneSet};
 use crate::sensor::BeamGrid;
 use crate::stage::lidar::intensity_layers::POINT_ROW;
-use crate::stage::{rows, single};
+use crate::stage::{LidarJob, Moment, Stage, rows, single};
 
 pub mod pane_cells;
 mod shaders;
@@ -150,21 +151,34 @@ pub struct Glass {
     pub load: PaneSet,
 }
 
-impl ScanStage for Glass {
-    fn append(&self, plan: &mut Plan, job: &ScanJob) -> Result<()> {
-        Self::append(self, plan, &job.config, job.capacity)?;
-        plan.scratch("clean_points", u64::from(job.capacity) * 32)?;
-        plan.step(CLEAN, Invocations::line(job.capacity), &[])
+/// The stage of a map's lidar.
+#[derive(Debug)]
+pub struct LabelGlass {
+    /// What it is built for.
+    pub job: Arc<LidarJob>,
+    /// The passes.
+    pub glass: Glass,
+}
+
+impl Stage for LabelGlass {
+    fn append(&self, plan: &mut Plan) -> Result<()> {
+        let capacity = self.job.capacity;
+        self.glass.append(plan, &self.job.config, capacity)?;
+        plan.scratch("clean_points", u64::from(capacity) * 32)?;
+        plan.step(CLEAN, Invocations::line(capacity), &[])
     }
 
-    fn write(&self, moment: &ScanMoment<'_>, input: &mut FrameInput<'_>) -> Result<()> {
-        let load = moment.first.then(|| self.load.from_origin(moment.origin_m));
+    fn write(&self, moment: &Moment<'_>, input: &mut FrameInput<'_>) -> Result<()> {
+        let first = moment.since_last_s.is_none();
+        let load = first.then(|| self.glass.load.from_origin(moment.local_origin_m));
+        let points = u32::try_from(moment.scan()?.points.len()).unwrap_or(self.job.capacity);
         let glass = GlassMoment {
-            points: u32::try_from(moment.frame.scan.points.len()).unwrap_or(moment.job.capacity),
-            local_from_lidar: moment.pose.map_from_lidar().from_origin(moment.origin_m),
+            points,
+            local_from_lidar: moment.pose.map_from_sensor().from_origin(moment.local_origin_m),
             load: load.as_deref(),
         };
-        Self::write(self, &moment.job.config, &glass, input)
+        self.glass.write(&self.job.config, &glass, input)?;
+        input.limit(CLEAN.name, Invocations::line(points))
     }
 }
 
@@ -172,11 +186,11 @@ impl Glass {
     /// Declares its buffers and appends its passes; `points` holds at most `capacity` points.
     ///
     /// # Errors
-    /// [`Error::Input`] for more points than cells can number; [`Error::Plan`], [`Error::Shader`].
+    /// [`Error::Plan`], also for more points than cells can number; [`Error::Shader`].
     pub fn append(&self, plan: &mut Plan, config: &Config, capacity: u32) -> Result<()> {
         if capacity > MOST_POINTS {
             let reason = format!("{capacity} points; glass is searched for among at most {MOST_POINTS}");
-            return Err(Error::Input { what: "scan".into(), reason });
+            return Err(Error::Plan { pass: "glass".into(), reason });
         }
         self.declare(plan, capacity)?;
         let size = self.grid.cells();
@@ -287,6 +301,10 @@ impl Glass {
     /// [`Error::Input`] where data do not fit their buffer.
     pub fn write(&self, config: &Config, moment: &GlassMoment<'_>, input: &mut FrameInput<'_>) -> Result<()> {
         input.set("glass_params", &self.params(config, moment))?;
+        for pass in [&ORGANIZE, &MIRROR, &LABEL, &SETTLE] {
+            input.limit(pass.name, Invocations::line(moment.points.div_ceil(POINTS_EACH)))?;
+        }
+        input.read_back_first("classes", 4 * u64::from(moment.points))?;
         match moment.load {
             Some(panes) => {
                 let panes = &panes[..panes.len().min(KEPT_PANES)];

@@ -2,15 +2,18 @@
 //!
 //! A pane marks cells where it reaches into the heights of obstacles, `height_min_m` to `height_max_m` above the ground at
 //! `ground_z_m` in the map; its edges are known to 0.3 m, which counts for it. So a window high above the robot marks none.
-//! Where the map is the lidar's own frame ([`ScanPose::SENSOR`], a recording without poses) the ground is not known: there a
+//! Where the map is the lidar's own frame ([`SensorPose::SENSOR`], a recording without poses) the ground is not known: there a
 //! pane counts whatever its height.
+
+use std::sync::Arc;
 
 use glam::Vec4;
 
 use crate::base::Result;
 use crate::gpu::{FrameInput, Invocations, Plan, ShaderSource};
-use crate::lidar::{ScanJob, ScanMoment, ScanPose, ScanStage};
-use crate::stage::{rows, single};
+use crate::sensor::SensorPose;
+use crate::stage::lidar::Placed;
+use crate::stage::{LidarJob, Moment, Stage, rows, single};
 
 /// The pass.
 pub const PANE_CELLS: ShaderSource = ShaderSource {
@@ -52,29 +55,34 @@ crate::params! {
 
 /// The stage.
 #[derive(Debug)]
-pub struct PaneCells;
+pub struct PaneCells {
+    /// What it is built for.
+    pub job: Arc<LidarJob>,
+}
 
-impl ScanStage for PaneCells {
-    fn append(&self, plan: &mut Plan, job: &ScanJob) -> Result<()> {
+impl Stage for PaneCells {
+    fn append(&self, plan: &mut Plan) -> Result<()> {
+        let job = &*self.job;
         plan.uniform::<PaneCellsParams>("pane_cells_params")?;
-        plan.step(PANE_CELLS, Invocations::area(job.side(), job.side()), &[])
+        plan.step(PANE_CELLS, Invocations::area(job.side, job.side), &[])
     }
 
-    fn write(&self, moment: &ScanMoment<'_>, input: &mut FrameInput<'_>) -> Result<()> {
+    fn write(&self, moment: &Moment<'_>, input: &mut FrameInput<'_>) -> Result<()> {
+        let placed = Placed::of(moment, self.job.deskew);
         let [window_from_lidar_x, window_from_lidar_y, window_from_lidar_z] =
-            rows(moment.window_from_lidar_at_stamp);
-        let config = &moment.job.config;
+            rows(placed.window_from_lidar_at_stamp);
+        let config = &self.job.config;
         // From the lidar's height.
-        let ground_m = config.ground_z_m - moment.pose.map_from_lidar().translation_m.z;
+        let ground_m = config.ground_z_m - placed.lidar_z_m;
         let params = PaneCellsParams {
             window_from_lidar_x,
             window_from_lidar_y,
             window_from_lidar_z,
-            side: moment.job.side(),
+            side: self.job.side,
             resolution_m: single(config.scan_resolution_m),
             band_low_m: single(ground_m + config.height_min_m),
             band_high_m: single(ground_m + config.height_max_m),
-            any_height: u32::from(moment.pose == ScanPose::SENSOR),
+            any_height: u32::from(moment.pose == SensorPose::SENSOR),
             pad0: 0,
             pad1: 0,
             pad2: 0,

@@ -1,13 +1,15 @@
 //! Solid, passable, transparent, free and unknown cells (spec 2 §3).
 
+use std::sync::Arc;
+
 use glam::{Vec2, Vec4};
 
 use crate::base::Result;
 use crate::config::LayerMeasure;
 use crate::gpu::{FrameInput, Invocations, Plan, ShaderSource};
-use crate::lidar::{ScanJob, ScanMoment, ScanStage};
+use crate::stage::lidar::Placed;
 use crate::stage::lidar::intensity_layers::{HEIGHTS, heights};
-use crate::stage::single;
+use crate::stage::{LidarJob, Moment, Stage, single};
 
 /// The pass.
 pub const INTENSITY_CLASSES: ShaderSource = ShaderSource {
@@ -66,7 +68,7 @@ crate::params! {
 }
 
 /// Value of a layer that counts fully: full scale in each return, and for the sum one such return in the cell.
-pub fn solid_value(job: &ScanJob) -> f64 {
+pub fn solid_value(job: &LidarJob) -> f64 {
     match job.config.layer_measure {
         LayerMeasure::Sum => job.config.scan_resolution_m.powi(-2),
         LayerMeasure::Mean | LayerMeasure::Expected => 1.0,
@@ -81,28 +83,28 @@ const FADES_PER_DECAY: f64 = 4096.0;
 ///
 /// A slow decay comes in fades at fixed times of the clock, none or several a scan: many scans in a short time then fade as
 /// much as few.
-fn keep_share(decay_s: f64, moment: &ScanMoment<'_>) -> f64 {
-    let Some(dt_s) = moment.since_last_s.filter(|&dt_s| decay_s > 0.0 && dt_s > 0.0) else { return 1.0 };
+fn keep_share(decay_s: f64, moment: &Moment<'_>) -> Result<f64> {
+    let Some(dt_s) = moment.since_last_s.filter(|&dt_s| decay_s > 0.0 && dt_s > 0.0) else { return Ok(1.0) };
     let lost = dt_s / decay_s;
     if lost * FADES_PER_DECAY > 64.0 {
-        return (-lost).exp();
+        return Ok((-lost).exp());
     }
-    let now_s = std::time::Duration::from_nanos(moment.frame.scan.stamp_ns).as_secs_f64();
+    let now_s = std::time::Duration::from_nanos(moment.scan()?.stamp_ns).as_secs_f64();
     let fades = |at_s: f64| (at_s / decay_s * FADES_PER_DECAY).floor();
-    ((fades(now_s - dt_s) - fades(now_s)) / FADES_PER_DECAY).exp()
+    Ok(((fades(now_s - dt_s) - fades(now_s)) / FADES_PER_DECAY).exp())
 }
 
 /// The parameters of one scan.
-pub fn params(moment: &ScanMoment<'_>) -> IntensityClassesParams {
-    let (job, config) = (moment.job, &moment.job.config);
-    let [origin_slot_x, origin_slot_y] = moment.window.origin_slot(job.side());
+pub fn params(job: &LidarJob, moment: &Moment<'_>) -> Result<IntensityClassesParams> {
+    let config = &job.config;
+    let [origin_slot_x, origin_slot_y] = moment.window.origin_slot(job.side);
     let [shift_x, shift_y] = moment.window.shift;
     let per_rad = |step_deg: f64| single(1.0 / step_deg.to_radians().max(1e-9));
     let [low, high] = config.elevation_range_deg.map(|deg| single(deg.to_radians()));
-    IntensityClassesParams {
+    Ok(IntensityClassesParams {
         heights: heights(job),
-        lidar: moment.lidar_in_window_m.as_vec2(),
-        side: job.side(),
+        lidar: Placed::of(moment, job.deskew).lidar_in_window_m.as_vec2(),
+        side: job.side,
         tall: job.tall_layers(),
         origin_slot_x,
         origin_slot_y,
@@ -110,7 +112,7 @@ pub fn params(moment: &ScanMoment<'_>) -> IntensityClassesParams {
         gamma: single(config.gamma),
         transparent_threshold: single(config.transparent_threshold),
         solid_value: single(solid_value(job)),
-        keep_share: single(keep_share(config.transparent_decay_s, moment)),
+        keep_share: single(keep_share(config.transparent_decay_s, moment)?),
         min_returns: config.min_returns,
         rays_per_rad: per_rad(config.azimuth_step_deg),
         rings_per_rad: per_rad(config.elevation_step_deg),
@@ -120,21 +122,25 @@ pub fn params(moment: &ScanMoment<'_>) -> IntensityClassesParams {
         shift_y,
         forget: u32::from(moment.window.forget),
         pad: 0,
-    }
+    })
 }
 
 /// The stage.
 #[derive(Debug)]
-pub struct IntensityClasses;
+pub struct IntensityClasses {
+    /// What it is built for.
+    pub job: Arc<LidarJob>,
+}
 
-impl ScanStage for IntensityClasses {
-    fn append(&self, plan: &mut Plan, job: &ScanJob) -> Result<()> {
+impl Stage for IntensityClasses {
+    fn append(&self, plan: &mut Plan) -> Result<()> {
+        let job = &*self.job;
         plan.uniform::<IntensityClassesParams>("intensity_classes_params")?;
         plan.scratch("cell_class", job.grid_bytes(4))?;
         plan.product("obstacle_value", job.grid_bytes(4))?;
         plan.state("remembered", job.grid_bytes(4))?;
         plan.product("layer_values", job.grid_bytes(4 * u64::from(job.layer_count())))?;
-        plan.step(INTENSITY_CLASSES, Invocations::area(job.side(), job.side()), &[])?;
+        plan.step(INTENSITY_CLASSES, Invocations::area(job.side, job.side), &[])?;
         let measure = match job.config.layer_measure {
             LayerMeasure::Sum => 0_u32,
             LayerMeasure::Mean => 1,
@@ -144,7 +150,7 @@ impl ScanStage for IntensityClasses {
         plan.with(&[("clearing", job.config.transparent_clear > 0.0), ("keep_layers", job.layers)])
     }
 
-    fn write(&self, moment: &ScanMoment<'_>, input: &mut FrameInput<'_>) -> Result<()> {
-        input.set("intensity_classes_params", &params(moment))
+    fn write(&self, moment: &Moment<'_>, input: &mut FrameInput<'_>) -> Result<()> {
+        input.set("intensity_classes_params", &params(&self.job, moment)?)
     }
 }

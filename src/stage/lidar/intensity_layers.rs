@@ -1,13 +1,15 @@
 //! Points into the layers that their heights lie in (spec 2 §2).
 
+use std::sync::Arc;
+
 use glam::{Vec2, Vec4};
 
 use crate::base::Result;
 use crate::config::MAX_TALL_LAYERS;
 use crate::gpu::{FrameInput, Invocations, Plan, ShaderSource};
-use crate::lidar::{ScanJob, ScanMoment, ScanStage};
 use crate::sensor::Point;
-use crate::stage::{rows, single};
+use crate::stage::lidar::Placed;
+use crate::stage::{LidarJob, Moment, Stage, rows, single};
 
 /// The pass over points as the host uploads them, in a texture.
 pub const INTENSITY_LAYERS: ShaderSource = ShaderSource {
@@ -92,17 +94,18 @@ crate::params! {
 }
 
 /// The bounds of the tall layers as shaders take them.
-pub fn heights(job: &ScanJob) -> [Vec4; HEIGHTS] {
+pub fn heights(job: &LidarJob) -> [Vec4; HEIGHTS] {
     let bounds = &job.config.layer_heights_m;
     let bound = |at: usize| single(bounds.get(at).or(bounds.last()).copied().unwrap_or(0.0));
     std::array::from_fn(|v| Vec4::new(bound(4 * v), bound(4 * v + 1), bound(4 * v + 2), bound(4 * v + 3)))
 }
 
 /// The parameters of one scan.
-pub fn params(moment: &ScanMoment<'_>) -> IntensityLayersParams {
-    let (job, config) = (moment.job, &moment.job.config);
-    let [x, y, z] = rows(moment.window_from_lidar);
-    let (turn_axis, turn_way, first_s) = moment.turn.map_or((Vec4::X, Vec4::ZERO, 0.0), |turn| {
+pub fn params(job: &LidarJob, moment: &Moment<'_>) -> Result<IntensityLayersParams> {
+    let config = &job.config;
+    let placed = Placed::of(moment, job.deskew);
+    let [x, y, z] = rows(placed.window_from_lidar);
+    let (turn_axis, turn_way, first_s) = placed.turn.map_or((Vec4::X, Vec4::ZERO, 0.0), |turn| {
         let per_s = if turn.duration_s > 0.0 { 1.0 / turn.duration_s } else { 0.0 };
         let axis = turn.axis.extend(turn.angle_rad).as_vec4();
         (axis, turn.way_m.extend(per_s).as_vec4(), single(turn.first_s))
@@ -110,17 +113,17 @@ pub fn params(moment: &ScanMoment<'_>) -> IntensityLayersParams {
     let [plane_ring, below_ring] = job.plane_rings.unwrap_or([Point::UNKNOWN; 2]);
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturates; from 0 up")]
     let clear_steps = (config.transparent_clear * f64::from(INTENSITY_STEPS)).ceil() as u32;
-    IntensityLayersParams {
+    Ok(IntensityLayersParams {
         window_from_lidar_x: x,
         window_from_lidar_y: y,
         window_from_lidar_z: z,
         turn_axis,
         turn_way,
         heights: heights(job),
-        lidar: moment.lidar_in_window_m.as_vec2(),
+        lidar: placed.lidar_in_window_m.as_vec2(),
         first_s,
-        points: u32::try_from(moment.frame.scan.points.len()).unwrap_or(job.capacity),
-        side: job.side(),
+        points: u32::try_from(moment.scan()?.points.len()).unwrap_or(job.capacity),
+        side: job.side,
         resolution_m: single(config.scan_resolution_m),
         tall: job.tall_layers(),
         per_unit: single(1.0 / job.full_scale),
@@ -132,15 +135,27 @@ pub fn params(moment: &ScanMoment<'_>) -> IntensityLayersParams {
         pad0: 0,
         pad1: 0,
         pad2: 0,
-    }
+    })
+}
+
+/// Declares the points as the host uploads them.
+///
+/// # Errors
+/// [`crate::Error::Plan`] where that was done before.
+pub fn upload_points(plan: &mut Plan, capacity: u32) -> Result<()> {
+    plan.upload_texture("points", POINT_ROW, (2 * capacity).div_ceil(POINT_ROW)).map(|_| ())
 }
 
 /// The stage.
 #[derive(Debug)]
-pub struct IntensityLayers;
+pub struct IntensityLayers {
+    /// What it is built for.
+    pub job: Arc<LidarJob>,
+}
 
-impl ScanStage for IntensityLayers {
-    fn append(&self, plan: &mut Plan, job: &ScanJob) -> Result<()> {
+impl Stage for IntensityLayers {
+    fn append(&self, plan: &mut Plan) -> Result<()> {
+        let job = &*self.job;
         plan.uniform::<IntensityLayersParams>("intensity_layers_params")?;
         plan.zeroed("layer_sums", job.grid_bytes(8 * u64::from(job.layer_count())))?;
         plan.zeroed("sector_range", 8 * u64::from(SECTORS))?;
@@ -153,8 +168,9 @@ impl ScanStage for IntensityLayers {
         plan.with(&[("deskewed", job.deskew), ("ringed", job.plane_rings.is_some()), ("clearing", clearing)])
     }
 
-    fn write(&self, moment: &ScanMoment<'_>, input: &mut FrameInput<'_>) -> Result<()> {
-        let params = params(moment);
+    fn write(&self, moment: &Moment<'_>, input: &mut FrameInput<'_>) -> Result<()> {
+        let params = params(&self.job, moment)?;
+        input.write("points", bytemuck::cast_slice(&moment.scan()?.points))?;
         input.limit(INTENSITY_LAYERS.name, Invocations::line(params.points))?;
         input.set("intensity_layers_params", &params)
     }

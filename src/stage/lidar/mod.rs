@@ -2,4 +2,7 @@
 
 pub mod intensity_classes;
 pub mod intensity_layers;
+mod placed;
 pub mod planes;
+
+pub use placed::{Placed, Turn};

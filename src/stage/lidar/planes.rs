@@ -31,7 +31,7 @@ fn elevations(scan: &Scan) -> Vec<(u16, f64)> {
 /// The ring nearest the horizontal and the one below it (spec 2 §2); `None` where slabs are to be taken.
 ///
 /// # Errors
-/// [`Error::Input`] where `plane_source` asks for rings and the scan has none, or only one.
+/// [`Error::Decode`] where `plane_source` asks for rings and the scan has none, or only one.
 pub fn plane_rings(config: &Config, scan: &Scan) -> Result<Option<[u16; 2]>> {
     if config.plane_source == PlaneSource::Slabs {
         return Ok(None);
@@ -42,7 +42,7 @@ pub fn plane_rings(config: &Config, scan: &Scan) -> Result<Option<[u16; 2]>> {
     let pair = at.and_then(|at| Some([rings[at].0, rings[at.checked_sub(1)?].0]));
     if pair.is_none() && config.plane_source == PlaneSource::Rings {
         let reason = format!("{} rings in the first scan; plane_source rings needs two", rings.len());
-        return Err(Error::Input { what: "rings".into(), reason });
+        return Err(Error::Decode { what: "rings".into(), reason });
     }
     Ok(pair)
 }
@@ -50,7 +50,7 @@ pub fn plane_rings(config: &Config, scan: &Scan) -> Result<Option<[u16; 2]>> {
 /// R: as configured, or the configured percentile of the scan's intensities.
 ///
 /// # Errors
-/// [`Error::Input`] where no intensity of the scan is above 0.
+/// [`Error::Decode`] where no intensity of the scan is above 0.
 pub fn full_scale(config: &Config, scan: &Scan) -> Result<f64> {
     if config.intensity_full_scale > 0.0 {
         return Ok(config.intensity_full_scale);
@@ -70,7 +70,7 @@ pub fn full_scale(config: &Config, scan: &Scan) -> Result<f64> {
         Some(&scale) if scale > 0.0 => Ok(scale.into()),
         _ => {
             let reason = "no intensity above 0 in the first scan to take the full scale from".into();
-            Err(Error::Input { what: "intensity".into(), reason })
+            Err(Error::Decode { what: "intensity".into(), reason })
         }
     }
 }

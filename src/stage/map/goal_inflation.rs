@@ -1,11 +1,13 @@
 //! Inflation away from the goal (spec 2 §4): the kernel, and its spread over the map.
 
+use std::sync::Arc;
+
 use glam::DVec2;
 
 use crate::base::Result;
 use crate::config::{Config, InflationKernel};
 use crate::gpu::{FrameInput, Invocations, Plan, ShaderSource};
-use crate::lidar::{ScanJob, ScanMoment, ScanStage};
+use crate::stage::{LidarJob, Moment, Stage};
 
 /// The pass.
 pub const GOAL_INFLATION: ShaderSource = ShaderSource {
@@ -95,22 +97,26 @@ impl Kernel {
 
 /// The stage.
 #[derive(Debug)]
-pub struct GoalInflation;
+pub struct GoalInflation {
+    /// What it is built for.
+    pub job: Arc<LidarJob>,
+}
 
-impl ScanStage for GoalInflation {
-    fn append(&self, plan: &mut Plan, job: &ScanJob) -> Result<()> {
+impl Stage for GoalInflation {
+    fn append(&self, plan: &mut Plan) -> Result<()> {
+        let job = &*self.job;
         let edge = u64::from(2 * reach_cells(&job.config).unsigned_abs() + 1);
         plan.uniform::<GoalInflationParams>("goal_inflation_params")?;
         plan.zeroed("inflation", job.grid_bytes(4))?;
         plan.upload("kernel_taps", 4 * edge * edge)?;
-        plan.step(GOAL_INFLATION, Invocations::area(job.side(), job.side()), &[])
+        plan.step(GOAL_INFLATION, Invocations::area(job.side, job.side), &[])
     }
 
-    fn write(&self, moment: &ScanMoment<'_>, input: &mut FrameInput<'_>) -> Result<()> {
-        let kernel = kernel(&moment.job.config, moment.towards_goal);
+    fn write(&self, moment: &Moment<'_>, input: &mut FrameInput<'_>) -> Result<()> {
+        let kernel = kernel(&self.job.config, moment.towards_goal);
         let count = |number: usize| u32::try_from(number).unwrap_or(0);
         let params = GoalInflationParams {
-            side: moment.job.side(),
+            side: self.job.side,
             taps: count(kernel.taps.len()),
             inscribed: count(kernel.inscribed),
             pad: 0,

@@ -1,11 +1,13 @@
 //! Nav2's inflation by an exact distance transform (spec 1 §3).
 
+use std::sync::Arc;
+
 use bytemuck::cast_slice;
 
 use crate::base::Result;
 use crate::config::Config;
 use crate::gpu::{FrameInput, Invocations, Plan, ShaderSource};
-use crate::stage::{Job, Moment, Stage};
+use crate::stage::{CameraJob, Moment, Stage};
 
 /// Occupied cells to bits.
 pub const PACK: ShaderSource = ShaderSource {
@@ -101,11 +103,15 @@ pub fn cost_table(config: &Config) -> Vec<u32> {
 
 /// The stage.
 #[derive(Debug)]
-pub struct Inflate;
+pub struct Inflate {
+    /// What it is built for.
+    pub job: Arc<CameraJob>,
+}
 
 impl Stage for Inflate {
-    fn append(&self, plan: &mut Plan, job: &Job) -> Result<()> {
-        let side = job.side();
+    fn append(&self, plan: &mut Plan) -> Result<()> {
+        let job = &*self.job;
+        let side = job.side;
         let words = side.div_ceil(32);
         plan.uniform::<InflatePackParams>("inflate_pack_params")?;
         plan.uniform::<InflateRowsParams>("inflate_rows_params")?;
@@ -122,9 +128,9 @@ impl Stage for Inflate {
     }
 
     fn write(&self, moment: &Moment<'_>, input: &mut FrameInput<'_>) -> Result<()> {
-        let side = moment.job.side();
+        let side = self.job.side;
         let words = side.div_ceil(32);
-        let (radius, quads) = (radius_cells(&moment.job.config), side.div_ceil(4));
+        let (radius, quads) = (radius_cells(&self.job.config), side.div_ceil(4));
         input.set("inflate_pack_params", &InflatePackParams { side, words })?;
         input.set("inflate_rows_params", &InflateRowsParams { side, words, radius, quads })?;
         input.set("inflate_columns_params", &InflateColumnsParams { side, radius, quads, pad: 0 })

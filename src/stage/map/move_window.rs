@@ -1,8 +1,10 @@
 //! The rolling window (spec 1 §3): a ring buffer of cells, moved by whole cells.
 
+use std::sync::Arc;
+
 use crate::base::Result;
 use crate::gpu::{FrameInput, Invocations, Plan, ShaderSource};
-use crate::stage::{Job, Moment, Stage};
+use crate::stage::{CameraJob, Moment, Stage};
 
 /// The pass.
 pub const MOVE_WINDOW: ShaderSource = ShaderSource {
@@ -38,20 +40,24 @@ crate::params! {
 
 /// The stage.
 #[derive(Debug)]
-pub struct MoveWindow;
+pub struct MoveWindow {
+    /// What it is built for.
+    pub job: Arc<CameraJob>,
+}
 
 impl Stage for MoveWindow {
-    fn append(&self, plan: &mut Plan, job: &Job) -> Result<()> {
+    fn append(&self, plan: &mut Plan) -> Result<()> {
+        let job = &*self.job;
         plan.uniform::<MoveWindowParams>("move_window_params")?;
         plan.state("cells", job.grid_bytes(16))?;
         plan.scratch("cell_hits", job.grid_bytes(16))?;
         plan.scratch("seen_through", job.grid_bytes(4))?;
         plan.scratch("counters", COUNTERS * 4)?;
-        plan.step(MOVE_WINDOW, Invocations::area(job.side(), job.side()), &[])
+        plan.step(MOVE_WINDOW, Invocations::area(job.side, job.side), &[])
     }
 
     fn write(&self, moment: &Moment<'_>, input: &mut FrameInput<'_>) -> Result<()> {
-        let side = moment.job.side();
+        let side = self.job.side;
         let [origin_slot_x, origin_slot_y] = moment.window.origin_slot(side);
         let [shift_x, shift_y] = moment.window.shift;
         let forget = u32::from(moment.window.forget);

@@ -1,11 +1,12 @@
 //! The plan map: costs in Nav2's scale and a class per cell (spec 2 §4). An unknown cell stays unknown unless the
 //! inflated cost is 253, as in the camera's map: no beam has shown that it is free.
 
+use std::sync::Arc;
+
 use crate::base::Result;
 use crate::gpu::{FrameInput, Invocations, Plan, ShaderSource};
-use crate::lidar::{ScanJob, ScanMoment, ScanStage};
 use crate::stage::lidar::intensity_classes::solid_value;
-use crate::stage::single;
+use crate::stage::{LidarJob, Moment, Stage, single};
 
 /// The pass.
 pub const PLAN_MAP: ShaderSource = ShaderSource {
@@ -29,11 +30,15 @@ crate::params! {
 
 /// The stage.
 #[derive(Debug)]
-pub struct PlanMap;
+pub struct PlanMap {
+    /// What it is built for.
+    pub job: Arc<LidarJob>,
+}
 
-impl ScanStage for PlanMap {
-    fn append(&self, plan: &mut Plan, job: &ScanJob) -> Result<()> {
-        let (side, quads) = (job.side(), job.side().div_ceil(4));
+impl Stage for PlanMap {
+    fn append(&self, plan: &mut Plan) -> Result<()> {
+        let job = &*self.job;
+        let (side, quads) = (job.side, job.side.div_ceil(4));
         plan.uniform::<PlanMapParams>("plan_map_params")?;
         plan.scratch("plan_costs", u64::from(side * quads) * 4)?;
         plan.scratch("plan_classes", u64::from(side * quads) * 4)?;
@@ -42,11 +47,11 @@ impl ScanStage for PlanMap {
         plan.with(&[("keep_layers", job.layers)])
     }
 
-    fn write(&self, moment: &ScanMoment<'_>, input: &mut FrameInput<'_>) -> Result<()> {
-        let job = moment.job;
+    fn write(&self, moment: &Moment<'_>, input: &mut FrameInput<'_>) -> Result<()> {
+        let job = &self.job;
         let params = PlanMapParams {
-            side: job.side(),
-            quads: job.side().div_ceil(4),
+            side: job.side,
+            quads: job.side.div_ceil(4),
             passable_cost: job.config.passable_cost,
             solid_value: single(solid_value(job)),
         };

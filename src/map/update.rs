@@ -1,0 +1,174 @@
+//! What the mapper gives: what came of an observation, and the map.
+
+use std::sync::Arc;
+
+use glam::DVec2;
+
+use crate::base::Rigid;
+use crate::map::glass::LabelledScan;
+use crate::map::{CellClass, Grid, State, Verdict};
+
+/// Counts of one frame, from the GPU.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize)]
+pub struct Counters {
+    /// Pixels of the depth image.
+    pub pixels: u32,
+    /// Pixels with a depth in the method's range.
+    pub valid: u32,
+    /// Pixels with reliability of at most tau, holes included.
+    pub low_reliability: u32,
+    /// Pixels that marked a cell.
+    pub hits: u32,
+    /// Cells marked.
+    pub hit_cells: u32,
+    /// Cells seen through.
+    pub seen_through_cells: u32,
+    /// Cells in the occupied state.
+    pub occupied_cells: u32,
+    /// Cells in the free state.
+    pub free_cells: u32,
+}
+
+/// Images of one frame on the depth grid, row-major from the top left; read back on request.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FrameImages {
+    /// Pixels.
+    pub width: u32,
+    /// Pixels.
+    pub height: u32,
+    /// Metres; 0 where the method has no depth.
+    pub depth_m: Vec<f32>,
+    /// R in [0, 1]; 0 where there is no depth.
+    pub reliability: Vec<f32>,
+    /// RGB colour at the depth pixels, `3 * width * height` bytes; black where the colour camera does not see.
+    pub color: Option<Vec<u8>>,
+}
+
+/// Grids of one frame, row 0 = smallest y; read back on request.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FrameLayers {
+    /// e of spec 1 §3 in [0, 1]; -1 where the cell was not observed.
+    pub evidence: Vec<f32>,
+    /// p of spec 1 §3 in [0, 1]; 0 for cells never observed.
+    pub occupancy: Vec<f32>,
+    /// 1 in the occupied state, else 0.
+    pub occupied: Vec<f32>,
+    /// 1 in the free state, else 0.
+    pub free: Vec<f32>,
+}
+
+/// Grids beside the plan map, row 0 = smallest y: name and one value a cell.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ScanLayers {
+    /// `intensity_<layer>`, `true_positive`, `false_positive`, `false_negative`, `inflated`, `plan`: values in the unit of
+    /// `layer_measure`; 0 where there is nothing.
+    pub grids: Vec<(String, Vec<f32>)>,
+}
+
+/// What came of a camera's frame.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CameraUpdate {
+    /// Counts.
+    pub counters: Counters,
+    /// Share of pixels of low reliability (spec 1 §5).
+    pub low_reliability_fraction: f64,
+    /// Whether that share is above `degraded_fraction`.
+    pub degraded: bool,
+    /// Images, when they were asked for.
+    pub images: Option<FrameImages>,
+    /// Grids beside the costmap, when they were asked for.
+    pub layers: Option<FrameLayers>,
+}
+
+/// What came of a lidar's scan.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LidarUpdate {
+    /// Points of the scan.
+    pub points: usize,
+    /// Whether the lidar's pose jumped since the scan before (`pose_jump_m_s`, `pose_jump_deg_s`); what is kept from scans
+    /// before stays where it was in the map.
+    pub pose_jumped: bool,
+    /// Labels and panes, where glass is searched for.
+    pub glass: Option<LabelledScan>,
+    /// Grids beside the map, when they were asked for.
+    pub layers: Option<ScanLayers>,
+}
+
+/// What came of an observation, by the kind of its sensor.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Seen {
+    /// Of a camera.
+    Camera(CameraUpdate),
+    /// Of a lidar.
+    Lidar(LidarUpdate),
+}
+
+/// A published map.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MapUpdate {
+    /// Geometry of the grids.
+    pub grid: Grid,
+    /// Nav2 costs (0 free, 1..=252, 253 inscribed, 254 lethal, 255 unknown), row 0 = smallest y.
+    pub costmap: Vec<u8>,
+    /// What the rule says of each cell before inflation, row 0 = smallest y; empty where it was not asked for.
+    pub verdicts: Vec<Verdict>,
+    /// [`CellClass`] of each cell, as its number; empty where it was not asked for.
+    pub classes: Vec<u8>,
+    /// Direction from the robot to its goal in the map, of length 1; `None` at the goal.
+    pub towards_goal: Option<DVec2>,
+    /// The worst of the sensors' states.
+    pub state: State,
+    /// States of the sensors, as they are counted.
+    pub sensors: Vec<State>,
+}
+
+impl MapUpdate {
+    /// Cells of a class.
+    pub fn count(&self, class: CellClass) -> usize {
+        self.classes.iter().filter(|&&c| c == class as u8).count()
+    }
+}
+
+/// What the mapper gives, in the order in which it was asked for: of an observation, of a published map, or of both in one,
+/// where the map has one sensor.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Update {
+    /// Which sensor's observation, as they are counted; `None`: a published map.
+    pub sensor: Option<usize>,
+    /// Number of the observation in its source; of a published map, counted from 0.
+    pub index: u64,
+    /// Stamp of the oldest sensor data used, nanoseconds.
+    pub stamp_ns: u64,
+    /// Frame of the map.
+    pub map_frame: String,
+    /// Robot base in the map.
+    pub map_from_base: Rigid,
+    /// The sensor in the base; identity for a published map.
+    pub base_from_sensor: Rigid,
+    /// What came of the observation.
+    pub seen: Option<Seen>,
+    /// The map.
+    pub map: Option<MapUpdate>,
+    /// GPU time per pass in milliseconds, in order, when profiling.
+    pub pass_ms: Vec<(Arc<str>, f64)>,
+    /// When each of these passes began, milliseconds on the GPU's own clock.
+    pub pass_start_ms: Vec<f64>,
+}
+
+impl Update {
+    /// What came of a camera's frame, where it is one.
+    pub fn camera(&self) -> Option<&CameraUpdate> {
+        match &self.seen {
+            Some(Seen::Camera(camera)) => Some(camera),
+            _ => None,
+        }
+    }
+
+    /// What came of a lidar's scan, where it is one.
+    pub fn lidar(&self) -> Option<&LidarUpdate> {
+        match &self.seen {
+            Some(Seen::Lidar(lidar)) => Some(lidar),
+            _ => None,
+        }
+    }
+}

@@ -1,0 +1,214 @@
+//! A sensor's way into the map: its passes, what they keep in mind between observations, and what is under way.
+
+use std::collections::VecDeque;
+use std::sync::Arc;
+
+use glam::DVec2;
+
+use super::build::{Kind, Program};
+use super::{SensorInfo, camera_stages, checks};
+use crate::base::{Error, Refused, Result, seconds_between};
+use crate::config::Config;
+use crate::gpu::{Executor, Readback, Store};
+use crate::map::jumps::PoseTrack;
+use crate::map::{Grid, Update};
+use crate::sensor::{Observation, SensorPose};
+use crate::stage::camera::back_project;
+use crate::stage::{CameraJob, Moment, Stage};
+
+/// What is remembered of an observation while it is under way.
+#[derive(Debug, Clone)]
+pub(super) struct Pending {
+    pub(super) sensor: usize,
+    pub(super) index: u64,
+    pub(super) stamp_ns: u64,
+    pub(super) map_frame: String,
+    pub(super) pose: SensorPose,
+    pub(super) grid: Grid,
+    pub(super) towards_goal: Option<DVec2>,
+    /// Of a scan.
+    pub(super) points: usize,
+    pub(super) pose_jumped: bool,
+}
+
+/// The passes of a sensor as built.
+pub(super) struct Built {
+    pub(super) kind: Kind,
+    stages: Vec<Box<dyn Stage>>,
+    pub(super) executor: Executor,
+}
+
+/// See the module.
+pub(super) struct Channel {
+    pub(super) name: String,
+    pub(super) config: Config,
+    /// `None`: nothing of the sensor came when the mapper was built.
+    built: Option<Built>,
+    track: PoseTrack,
+    last_stamp_ns: Option<u64>,
+    /// Whether the observation before was refused.
+    pub(super) refused: bool,
+    pending: VecDeque<Pending>,
+}
+
+impl Channel {
+    pub(super) fn build(sensor: &SensorInfo, program: Program, store: &Store) -> Result<Self> {
+        let Program { kind, stages, plan } = program;
+        let built = Built { kind, stages, executor: store.build(plan)? };
+        Ok(Self { built: Some(built), ..Self::missing(sensor) })
+    }
+
+    pub(super) fn missing(sensor: &SensorInfo) -> Self {
+        Self {
+            name: sensor.name.clone(),
+            config: sensor.config.clone(),
+            built: None,
+            track: PoseTrack::default(),
+            last_stamp_ns: None,
+            refused: false,
+            pending: VecDeque::new(),
+        }
+    }
+
+    pub(super) fn in_flight(&self) -> usize {
+        self.pending.len()
+    }
+
+    pub(super) fn executor(&self) -> Option<&Executor> {
+        self.built.as_ref().map(|built| &built.executor)
+    }
+
+    /// Seconds since the observation before; `None` for the first.
+    pub(super) fn since_last_s(&self, stamp_ns: u64) -> Option<f64> {
+        self.last_stamp_ns.map(|last_ns| seconds_between(last_ns, stamp_ns))
+    }
+
+    /// Whether the observation fits what the passes were built for.
+    pub(super) fn check(&self, observation: &Observation) -> std::result::Result<(), Refused> {
+        let missing = || Refused::Sensor(format!("`{}` was missing then", self.name));
+        let built = self.built.as_ref().ok_or_else(missing)?;
+        match (&built.kind, observation.frame(), observation.scan()) {
+            (Kind::Camera(job), Some(frame), _) => checks::frame(job, frame)?,
+            (Kind::Lidar(job), _, Some(scan)) => {
+                let (points, most) = (scan.points.len(), job.capacity as usize);
+                if points > most {
+                    return Err(Refused::TooManyPoints { points, most });
+                }
+            }
+            _ => return Err(Refused::Sensor(format!("`{}` is of the other kind", self.name))),
+        }
+        built.stages.iter().try_for_each(|stage| stage.check(observation))
+    }
+
+    /// Writes and submits an observation that was checked.
+    pub(super) fn start(&mut self, moment: &Moment<'_>, observation: &Observation) -> Result<()> {
+        let missing = || Error::Plan { pass: self.name.clone(), reason: "has no passes".into() };
+        let built = self.built.as_mut().ok_or_else(missing)?;
+        built.recalibrate(observation)?;
+        let mut input = built.executor.begin()?;
+        for stage in &built.stages {
+            stage.write(moment, &mut input)?;
+        }
+        input.submit()?;
+        let (stamp_ns, map_from_sensor) = (observation.stamp_ns(), moment.pose.map_from_sensor());
+        self.pending.push_back(Pending {
+            sensor: observation.sensor,
+            index: observation.index(),
+            stamp_ns: built.oldest_ns(observation),
+            map_frame: observation.map_frame.clone(),
+            pose: moment.pose,
+            grid: moment.grid,
+            towards_goal: moment.towards_goal,
+            points: observation.scan().map_or(0, |scan| scan.points.len()),
+            pose_jumped: self.track.jumps(&self.config, stamp_ns, map_from_sensor),
+        });
+        self.last_stamp_ns = Some(stamp_ns);
+        self.refused = false;
+        Ok(())
+    }
+
+    /// The oldest result, if it is there.
+    pub(super) fn poll(&mut self) -> Result<Option<Update>> {
+        let Some(built) = self.built.as_mut() else { return Ok(None) };
+        match built.executor.try_receive() {
+            Ok(None) => Ok(None),
+            received => self.take(received),
+        }
+    }
+
+    /// The oldest result, waited for.
+    pub(super) fn wait(&mut self) -> Result<Option<Update>> {
+        let Some(built) = self.built.as_mut() else { return Ok(None) };
+        let received = built.executor.receive();
+        self.take(received)
+    }
+
+    /// What was received, with what is remembered of it: a result that is given up takes its memory along, so that the
+    /// next bears its own stamp and pose.
+    fn take(&mut self, received: Result<Option<Readback>>) -> Result<Option<Update>> {
+        let pending = self.pending.pop_front();
+        match (received?, pending, &self.built) {
+            (Some(readback), Some(pending), Some(built)) => built.update(pending, &readback).map(Some),
+            _ => Ok(None),
+        }
+    }
+
+    /// What was decided when the passes were built, in words.
+    pub(super) fn notes(&self) -> Vec<String> {
+        self.built.as_ref().map(Built::notes).unwrap_or_default()
+    }
+}
+
+impl Built {
+    /// Takes a new calibration of the same size, between frames.
+    fn recalibrate(&mut self, observation: &Observation) -> Result<()> {
+        let (Kind::Camera(job), Some(frame)) = (&self.kind, observation.frame()) else { return Ok(()) };
+        if job.depth == frame.depth.camera {
+            return Ok(());
+        }
+        let job = Arc::new(CameraJob { depth: frame.depth.camera, ..(**job).clone() });
+        self.stages = camera_stages(&job);
+        self.executor.rewrite_fixed("rays", &back_project::rays(&job.depth))?;
+        self.kind = Kind::Camera(job);
+        Ok(())
+    }
+
+    /// Stamp of the oldest data used: a colour image counts where the passes use it.
+    fn oldest_ns(&self, observation: &Observation) -> u64 {
+        let color_ns = match (&self.kind, observation.frame()) {
+            (Kind::Camera(job), Some(frame)) => {
+                job.color.and(frame.color.as_ref()).map(|color| color.stamp_ns)
+            }
+            _ => None,
+        };
+        observation.stamp_ns().min(color_ns.unwrap_or(u64::MAX))
+    }
+
+    /// See [`Channel::notes`].
+    fn notes(&self) -> Vec<String> {
+        match &self.kind {
+            Kind::Camera(_) => Vec::new(),
+            Kind::Lidar(job) => {
+                let scale = if job.config.intensity_full_scale > 0.0 {
+                    format!("full scale of intensities: {} as configured", job.full_scale)
+                } else {
+                    let percentile = job.config.intensity_percentile;
+                    format!(
+                        "full scale of intensities: {} (percentile {percentile} of the first scan)",
+                        job.full_scale
+                    )
+                };
+                let planes = match job.plane_rings {
+                    Some([plane, below]) => format!("planes z = 0 and below it: rings {plane} and {below}"),
+                    None => "planes z = 0 and below it: slabs".into(),
+                };
+                let deskew = if job.deskew {
+                    "points are placed by the poses at their own times, where there are poses"
+                } else {
+                    "points are not deskewed"
+                };
+                vec![scale, planes, deskew.into()]
+            }
+        }
+    }
+}

@@ -1,0 +1,129 @@
+//! What the stages of a sensor are built for.
+
+use crate::config::{Config, Fusion, Method};
+use crate::sensor::CameraModel;
+use crate::stage::camera::back_project::STRIP;
+use crate::stage::camera::drm::Drm;
+use crate::stage::glass::Glass;
+
+/// What the stages of a camera are built for: configuration, and the kind and size of its images.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CameraJob {
+    /// Parameters.
+    pub config: Config,
+    /// Calibration of the depth images.
+    pub depth: CameraModel,
+    /// Whether depth comes as float metres (else as 16-bit counts).
+    pub float_depth: bool,
+    /// Calibration of the colour images, where colour is wanted and there is some.
+    pub color: Option<CameraModel>,
+    /// Whether colour lies on the depth grid in every frame.
+    pub color_aligned: bool,
+    /// Whether frames carry the sensor's own confidence.
+    pub confidence: bool,
+    /// The network that weighs pixels, for method drm.
+    pub drm: Option<Drm>,
+    /// Whether images (depth, reliability, colour) are read back.
+    pub images: bool,
+    /// Whether the grids beside the costmap are read back.
+    pub layers: bool,
+    /// Cells along one side of the map.
+    pub side: u32,
+}
+
+impl CameraJob {
+    /// Pixels of a depth image.
+    pub fn pixels(&self) -> u32 {
+        self.depth.width * self.depth.height
+    }
+
+    /// Whether pixels carry weights of their own.
+    pub fn weighted(&self) -> bool {
+        self.confidence || self.drm.is_some()
+    }
+
+    /// Whether weights above tau count fully.
+    pub fn gated(&self) -> bool {
+        self.config.fusion == Fusion::Gate
+    }
+
+    /// The buffer that back-projection and clearing take their depth from.
+    pub fn depth_buffer(&self) -> &'static str {
+        if self.config.method == Method::Median { "depth_median_m" } else { "depth_m" }
+    }
+
+    /// Strips of pixels down the columns that back-projection counts in.
+    pub fn strips(&self) -> u32 {
+        self.depth.width * self.depth.height.div_ceil(STRIP)
+    }
+
+    /// Words of four pixels that cover a depth image.
+    pub fn pixel_words(&self) -> u32 {
+        self.pixels().div_ceil(4)
+    }
+
+    /// Bytes of a buffer with `bytes` for each depth pixel, padded to words of four pixels.
+    pub fn image_bytes(&self, bytes: u64) -> u64 {
+        u64::from(self.pixel_words()) * 4 * bytes
+    }
+
+    /// Bytes of a buffer with `bytes` for each cell.
+    pub fn grid_bytes(&self, bytes: u64) -> u64 {
+        u64::from(self.side) * u64::from(self.side) * bytes
+    }
+
+    /// Fixed-point one of weight sums: the most fraction bits with which all pixels fit in 32 bits
+    /// (13 for 848x480; spec 1 §3).
+    pub fn weight_scale(&self) -> f32 {
+        f32::from(1_u16 << (u32::MAX / self.pixels().max(1)).ilog2().min(13))
+    }
+}
+
+/// What the stages of a lidar are built for.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LidarJob {
+    /// Parameters.
+    pub config: Config,
+    /// Most points of a scan.
+    pub capacity: u32,
+    /// R: intensity of full scale, in the sensor's unit.
+    pub full_scale: f64,
+    /// Rings of the planes z = 0 and z = -epsilon; `None`: slabs.
+    pub plane_rings: Option<[u16; 2]>,
+    /// Whether points are placed by the pose at their own times.
+    pub deskew: bool,
+    /// Whether the grids beside the plan map are read back.
+    pub layers: bool,
+    /// The grid of beams and the panes to begin with, where glass is searched for.
+    pub glass: Option<Glass>,
+    /// Cells along one side of the map.
+    pub side: u32,
+}
+
+impl LidarJob {
+    /// Cells of the map.
+    pub fn cells(&self) -> u32 {
+        self.side * self.side
+    }
+
+    /// Bytes of a buffer with `bytes` for each cell.
+    pub fn grid_bytes(&self, bytes: u64) -> u64 {
+        u64::from(self.cells()) * bytes
+    }
+
+    /// Tall layers: those between two of `layer_heights_m`.
+    pub fn tall_layers(&self) -> u32 {
+        u32::try_from(self.config.layer_heights_m.len()).unwrap_or(u32::MAX).saturating_sub(1)
+    }
+
+    /// m: the tall layers from the lowest, then the planes z = 0 and z = -epsilon.
+    pub fn layer_count(&self) -> u32 {
+        self.tall_layers() + 2
+    }
+
+    /// Names of the layers in that order.
+    pub fn layer_names(&self) -> Vec<String> {
+        let tall = (0..self.tall_layers()).map(|layer| layer.to_string());
+        tall.chain(["plane".into(), "below".into()]).collect()
+    }
+}

@@ -1,0 +1,56 @@
+//! What stages take their parameters of one observation, or of one published map, from.
+
+use glam::{DVec2, DVec3};
+
+use crate::base::{Error, Result, Rigid};
+use crate::map::{Grid, Window};
+use crate::sensor::{Observation, RgbdFrame, Scan, SensorPose};
+
+/// See the module.
+#[derive(Debug)]
+pub struct Moment<'a> {
+    /// What came in; `None`: the map is published.
+    pub observation: Option<&'a Observation>,
+    /// Where base and sensor were.
+    pub pose: SensorPose,
+    /// The window.
+    pub window: Window,
+    /// Its geometry in the map.
+    pub grid: Grid,
+    /// Seconds since the observation before of the same sensor; `None` for the first.
+    pub since_last_s: Option<f64>,
+    /// Whether the observation before of the same sensor was taken, so that this one follows it.
+    pub follows: bool,
+    /// Place in the map, of whole metres, from which the coordinates of kept panes count; the same for a whole run.
+    pub local_origin_m: DVec3,
+    /// Direction from the robot to its goal in the map's axes, of length 1; `None` at the goal.
+    pub towards_goal: Option<DVec2>,
+}
+
+impl<'a> Moment<'a> {
+    /// The frame.
+    ///
+    /// # Errors
+    /// [`Error::Plan`] where a stage of a camera is asked to take something else.
+    pub fn frame(&self) -> Result<&'a RgbdFrame> {
+        self.observation.and_then(Observation::frame).ok_or_else(|| not_a("frame"))
+    }
+
+    /// The scan.
+    ///
+    /// # Errors
+    /// [`Error::Plan`] where a stage of a lidar is asked to take something else.
+    pub fn scan(&self) -> Result<&'a Scan> {
+        self.observation.and_then(Observation::scan).ok_or_else(|| not_a("scan"))
+    }
+
+    /// A pose in window coordinates: metres from the corner of cell (0, 0), and from a height in the map.
+    pub fn in_window(&self, map_from_frame: Rigid, zero_z_m: f64) -> Rigid {
+        let corner_m = DVec3::new(self.grid.origin_x_m, self.grid.origin_y_m, zero_z_m);
+        Rigid { translation_m: map_from_frame.translation_m - corner_m, ..map_from_frame }
+    }
+}
+
+fn not_a(kind: &str) -> Error {
+    Error::Plan { pass: kind.into(), reason: "is missing in what the stage was given".into() }
+}
