@@ -13,13 +13,14 @@ use std::sync::Arc;
 use glam::{DVec2, DVec3};
 
 use self::build::{Kind, camera_job, lidar_job};
-use self::channel::{Channel, Pending};
+use self::channel::Channel;
+pub(crate) use self::checks::frame as check_frame;
 use self::clock::Clock;
 use crate::base::{Error, Refused, Result};
 use crate::config::{Config, Method};
 use crate::gpu::{Context, Executor, FRAMES_IN_FLIGHT, Plan, Store};
 use crate::map::{PaneSet, Update, Window};
-use crate::sensor::{Observation, SensorModel, SensorPose};
+use crate::sensor::{CameraInfo, LidarInfo, Observation, Scan, SensorModel, SensorPose};
 use crate::stage::camera::{back_project, drm, ingest, see_through, spatial_median, tally, update, weigh};
 use crate::stage::glass::{LabelGlass, pane_cells};
 use crate::stage::lidar::{intensity_classes, intensity_layers};
@@ -123,6 +124,9 @@ pub struct Options {
     pub layers: bool,
 }
 
+/// Time without data after which a sensor is stale unless it is configured otherwise, seconds.
+const TIMEOUT_S: f64 = 0.5;
+
 /// A sensor of a map.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SensorInfo {
@@ -136,6 +140,23 @@ pub struct SensorInfo {
     pub timeout_s: f64,
     /// What is known of it.
     pub model: SensorModel,
+}
+
+impl SensorInfo {
+    /// A camera.
+    pub fn camera(config: &Config, info: CameraInfo) -> Self {
+        Self::of("camera", config, SensorModel::Camera(info))
+    }
+
+    /// A lidar whose scans are like `first`.
+    pub fn lidar(config: &Config, first: Scan) -> Self {
+        Self::of("lidar", config, SensorModel::Lidar(LidarInfo { first }))
+    }
+
+    fn of(name: &str, config: &Config, model: SensorModel) -> Self {
+        let (name, frame_id) = (name.into(), String::new());
+        Self { name, frame_id, config: config.clone(), timeout_s: TIMEOUT_S, model }
+    }
 }
 
 /// What became of an observation that was given to the mapper.
@@ -272,6 +293,18 @@ impl Mapper {
         let Some(&next) = self.order.front() else { return Ok(None) };
         let taken = self.channels[next].wait();
         self.count(taken)
+    }
+
+    /// Submits an observation and waits for its result, for tools that go step by step.
+    ///
+    /// # Errors
+    /// Those of [`Mapper::submit`] and [`Mapper::wait`]; [`Error::Input`] where it was refused.
+    pub fn step(&mut self, observation: &Observation) -> Result<Update> {
+        if let Submitted::Refused(reason) = self.submit(observation)? {
+            return Err(Error::Input { what: "observation".into(), reason: reason.to_string() });
+        }
+        let lost = || Error::Gpu { what: "observation".into(), reason: "nothing came back".into() };
+        self.wait()?.ok_or_else(lost)
     }
 
     fn count(&mut self, taken: Result<Option<Update>>) -> Result<Option<Update>> {

@@ -1,4 +1,4 @@
-//! A recording through the pipeline into writers, with up to three frames under way.
+//! A source through the mapper into sinks, with up to three observations of a sensor under way.
 
 use std::collections::VecDeque;
 use std::ops::Range;
@@ -6,210 +6,223 @@ use std::time::{Duration, Instant};
 
 use crate::base::{Error, Result};
 use crate::config::{Config, Method};
-use crate::frame::{FrameOutput, Options};
-use crate::input::{ReadReport, Recording};
+use crate::input::{Source, SourceReport};
+use crate::map::Update;
+use crate::mapper::{Mapper, Options, Submitted};
 use crate::output::Sink;
-use crate::pipeline::Pipeline;
-use crate::sensor::RgbdFrame;
+use crate::sensor::{Observation, SensorModel};
 
-/// Frames read ahead to find the first with colour, whose calibration the pipeline is built for.
-const LOOKAHEAD: usize = 8;
+/// What a run did with one sensor.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct SensorRun {
+    /// Its name.
+    pub name: String,
+    /// Observations that went into the map.
+    pub taken: u64,
+    /// Those without a pose, counted and passed over.
+    pub without_pose: u64,
+    /// Those that were refused.
+    pub refused: u64,
+    /// The first reason.
+    pub first_refused: Option<String>,
+    /// Frames that were DEGRADED.
+    pub degraded: u64,
+    /// Scans to whose pose the lidar jumped from the scan before.
+    pub pose_jumps: u64,
+    /// The last result.
+    pub last: Option<Update>,
+}
 
 /// What a run did.
 #[derive(Debug, Default)]
 pub struct RunReport {
-    /// Frames that went into the map.
-    pub frames: u64,
-    /// Frames without a pose, counted and passed over.
-    pub without_pose: u64,
-    /// Frames that did not fit the pipeline, with the first reason.
-    pub unfit: u64,
-    /// The first such reason.
-    pub first_unfit: Option<String>,
-    /// Frames that were DEGRADED.
-    pub degraded: u64,
+    /// With each sensor, as the source counts them.
+    pub sensors: Vec<SensorRun>,
     /// Adapter and why it was chosen.
     pub adapter: String,
-    /// Building the pipeline, compilation included.
+    /// What was decided when the passes were built, in words.
+    pub notes: Vec<String>,
+    /// Building the passes, compilation included.
     pub build: Duration,
-    /// From the first frame in to the last result written.
+    /// From the first observation in to the last result written.
     pub elapsed: Duration,
-    /// Which method `auto` came to, and why.
-    pub method_note: Option<String>,
-    /// The last result.
-    pub last: Option<FrameOutput>,
-    /// What the reader met.
-    pub read: ReadReport,
+    /// The last published map, where several sensors share one.
+    pub published: Option<Update>,
+    /// The sensor whose result was the last one with a map.
+    latest: Option<usize>,
+    /// What the source met.
+    pub read: SourceReport,
 }
 
-/// Runs the frames numbered in `range` of `recording` through a pipeline and gives every result to all
-/// `sinks`, in order; `progress` is called after each.
+impl RunReport {
+    /// Counts a result in.
+    fn count(&mut self, update: Update) {
+        let Some(number) = update.sensor else {
+            self.published = Some(update);
+            return;
+        };
+        let Some(sensor) = self.sensors.get_mut(number) else { return };
+        sensor.taken += 1;
+        sensor.degraded += u64::from(update.camera().is_some_and(|camera| camera.degraded));
+        sensor.pose_jumps += u64::from(update.lidar().is_some_and(|lidar| lidar.pose_jumped));
+        self.latest = if update.map.is_some() { Some(number) } else { self.latest };
+        sensor.last = Some(update);
+    }
+
+    /// The last result with a map.
+    pub fn last(&self) -> Option<&Update> {
+        self.published.as_ref().or_else(|| self.sensors.get(self.latest?)?.last.as_ref())
+    }
+
+    /// Observations of all sensors that went into the map.
+    pub fn taken(&self) -> u64 {
+        self.sensors.iter().map(|sensor| sensor.taken).sum()
+    }
+}
+
+/// Runs the observations numbered in `range` (each sensor's own numbers) of `source` through a mapper and gives every
+/// result to all `sinks`, in order; `progress` is called after each.
 ///
 /// Whatever ends the run, results that were under way are written and the sinks are finished first.
 ///
 /// # Errors
-/// [`Error::Empty`] where no frame could be used; errors of the reader, the GPU and the writers.
+/// [`Error::Empty`] where no observation could be used; errors of the source, the GPU and the sinks.
 pub fn run(
-    recording: &mut dyn Recording,
+    source: &mut dyn Source,
     range: Range<u64>,
     config: &Config,
     options: &Options,
     sinks: &mut [Box<dyn Sink>],
-    progress: &mut dyn FnMut(&FrameOutput),
+    progress: &mut dyn FnMut(&Update),
 ) -> Result<RunReport> {
-    let mut run = Run {
-        source: Source { recording, range, ahead: VecDeque::new(), without_pose: 0 },
-        config,
-        options,
-        sinks,
-        progress,
-        under_way: VecDeque::new(),
-        report: RunReport::default(),
-    };
-    let outcome = run.frames();
+    let sensors = source.sensors().iter();
+    let sensors = sensors.map(|sensor| SensorRun { name: sensor.name.clone(), ..SensorRun::default() });
+    let report = RunReport { sensors: sensors.collect(), ..RunReport::default() };
+    let mut run = Run { source, range, sinks, progress, under_way: VecDeque::new(), report };
+    let outcome = run.all(config, options);
     let mut finished = Ok(());
     for sink in run.sinks.iter_mut() {
         finished = finished.and(sink.finish());
     }
-    run.report.without_pose = run.source.without_pose;
-    run.report.read = run.source.recording.report().clone();
+    run.report.read = run.source.report();
     outcome.and(finished)?;
-    if run.report.frames == 0 {
+    if run.report.taken() == 0 {
         return Err(Error::Empty { reason: nothing_used(&run.report) });
     }
     Ok(run.report)
 }
 
-/// Posed frames of the wanted range.
-struct Source<'a> {
-    recording: &'a mut dyn Recording,
-    range: Range<u64>,
-    ahead: VecDeque<RgbdFrame>,
-    without_pose: u64,
-}
-
-impl Source<'_> {
-    fn read(&mut self) -> Result<Option<RgbdFrame>> {
-        while let Some(frame) = self.recording.next_frame()? {
-            if frame.index >= self.range.end {
-                return Ok(None);
-            }
-            if frame.index < self.range.start {
-                continue;
-            }
-            if frame.pose.is_some() {
-                return Ok(Some(frame));
-            }
-            self.without_pose += 1;
-        }
-        Ok(None)
-    }
-
-    fn next(&mut self) -> Result<Option<RgbdFrame>> {
-        match self.ahead.pop_front() {
-            Some(frame) => Ok(Some(frame)),
-            None => self.read(),
-        }
-    }
-
-    /// Fills the lookahead until a frame has colour, so that the pipeline can be built for it.
-    fn look_ahead(&mut self) -> Result<()> {
-        while self.ahead.len() < LOOKAHEAD && !self.ahead.iter().any(|frame| frame.color.is_some()) {
-            let Some(frame) = self.read()? else { break };
-            self.ahead.push_back(frame);
-        }
-        Ok(())
-    }
-}
-
 struct Run<'a> {
-    source: Source<'a>,
-    config: &'a Config,
-    options: &'a Options,
+    source: &'a mut dyn Source,
+    range: Range<u64>,
     sinks: &'a mut [Box<dyn Sink>],
-    progress: &'a mut dyn FnMut(&FrameOutput),
-    under_way: VecDeque<RgbdFrame>,
+    progress: &'a mut dyn FnMut(&Update),
+    /// What the results under way came of; `None`: a published map.
+    under_way: VecDeque<Option<Observation>>,
     report: RunReport,
 }
 
 impl Run<'_> {
-    fn frames(&mut self) -> Result<()> {
-        self.source.look_ahead()?;
-        let Some(first) = self.source.ahead.front() else { return Ok(()) };
-        let start = Instant::now();
-        let options = self.options.clone().with_color_of(self.source.ahead.iter());
-        if self.config.method == Method::Auto {
-            self.report.method_note = Some(chosen(options.color.is_some()).into());
+    /// The next observation of the range that has a pose.
+    fn next(&mut self) -> Result<Option<Observation>> {
+        while let Some(observation) = self.source.next()? {
+            let index = observation.index();
+            // With one sensor nothing wanted can follow.
+            if index >= self.range.end && self.report.sensors.len() == 1 {
+                return Ok(None);
+            }
+            if !self.range.contains(&index) {
+                continue;
+            }
+            if observation.pose.is_some() {
+                return Ok(Some(observation));
+            }
+            if let Some(sensor) = self.report.sensors.get_mut(observation.sensor) {
+                sensor.without_pose += 1;
+            }
         }
-        let mut pipeline = Pipeline::open(self.config, first, &options)?;
-        self.report.build = start.elapsed();
-        self.report.adapter = pipeline.executor().context().describe();
+        Ok(None)
+    }
+
+    fn all(&mut self, config: &Config, options: &Options) -> Result<()> {
+        let Some(first) = self.next()? else { return Ok(()) };
         let start = Instant::now();
-        let outcome = self.feed(&mut pipeline);
-        let drained = self.drain(&mut pipeline);
+        let mut mapper = Mapper::open(config, self.source.sensors(), options)?;
+        self.report.build = start.elapsed();
+        self.report.adapter = mapper.context().describe();
+        self.report.notes = self.source.sensors().iter().filter_map(method_note).collect();
+        self.report.notes.extend(mapper.notes());
+        let start = Instant::now();
+        let outcome = self.feed(&mut mapper, first);
+        let mut drained = Ok(());
+        while drained.is_ok() && !self.under_way.is_empty() {
+            drained = self.take(&mut mapper);
+        }
         self.report.elapsed = start.elapsed();
         outcome.and(drained)
     }
 
-    fn feed(&mut self, pipeline: &mut Pipeline) -> Result<()> {
-        while let Some(frame) = self.source.next()? {
-            if pipeline.is_full() {
-                self.take(pipeline)?;
+    fn feed(&mut self, mapper: &mut Mapper, first: Observation) -> Result<()> {
+        let mut next = Some(first);
+        while let Some(observation) = next {
+            while mapper.is_full(observation.sensor) {
+                self.take(mapper)?;
             }
-            match pipeline.submit(&frame) {
-                Ok(()) => self.under_way.push_back(frame),
-                Err(error @ (Error::Input { .. } | Error::Decode { .. })) => {
-                    self.report.unfit += 1;
-                    self.report.first_unfit.get_or_insert(format!("frame {}: {error}", frame.index));
+            match mapper.submit(&observation)? {
+                Submitted::Taken => self.under_way.push_back(Some(observation)),
+                Submitted::Refused(reason) => {
+                    if let Some(sensor) = self.report.sensors.get_mut(observation.sensor) {
+                        sensor.refused += 1;
+                        let text = format!("{} {}: {reason}", kind(&observation), observation.index());
+                        sensor.first_refused.get_or_insert(text);
+                    }
                 }
-                Err(error) => return Err(error),
             }
+            next = self.next()?;
         }
         Ok(())
     }
 
-    fn drain(&mut self, pipeline: &mut Pipeline) -> Result<()> {
-        while !self.under_way.is_empty() {
-            self.take(pipeline)?;
-        }
-        Ok(())
-    }
-
-    fn take(&mut self, pipeline: &mut Pipeline) -> Result<()> {
-        let (Some(frame), Some(output)) = (self.under_way.pop_front(), pipeline.receive()?) else {
-            return Ok(());
-        };
+    /// Waits for the oldest result and writes it.
+    fn take(&mut self, mapper: &mut Mapper) -> Result<()> {
+        let observation = self.under_way.pop_front().flatten();
+        let Some(update) = mapper.wait()? else { return Ok(()) };
         for sink in self.sinks.iter_mut() {
-            sink.write(&frame, &output)?;
+            sink.write(&update, observation.as_ref())?;
         }
-        (self.progress)(&output);
-        self.report.frames += 1;
-        self.report.degraded += u64::from(output.degraded);
-        self.report.last = Some(output);
+        (self.progress)(&update);
+        self.report.count(update);
         Ok(())
     }
+}
+
+fn kind(observation: &Observation) -> &'static str {
+    if observation.frame().is_some() { "frame" } else { "scan" }
 }
 
 /// What method `auto` comes to.
-fn chosen(has_color: bool) -> &'static str {
-    if has_color {
+fn method_note(sensor: &crate::mapper::SensorInfo) -> Option<String> {
+    let SensorModel::Camera(info) = &sensor.model else { return None };
+    let note = if info.color.is_some() {
         "method drm: depth is weighed by DRM-Net, which needs colour in every frame (--method range does not)"
     } else {
         "method range: there is no colour with a calibration among the first frames, which method drm needs"
-    }
+    };
+    (sensor.config.method == Method::Auto).then(|| note.into())
 }
 
-/// Why no frame was used, from what was counted.
+/// Why nothing was used, from what was counted.
 fn nothing_used(report: &RunReport) -> String {
-    if let Some(reason) = &report.first_unfit {
+    if let Some(reason) = report.sensors.iter().find_map(|sensor| sensor.first_refused.as_ref()) {
         return reason.clone();
     }
-    let skipped =
-        report.read.skipped.iter().map(|s| format!("{}: {} ({} times)", s.source, s.reason, s.count));
-    let reasons: Vec<_> = skipped.take(3).collect();
-    match (report.read.depth_images, reasons.is_empty()) {
-        (0, true) => "it holds no depth image".into(),
-        (seen, true) => format!("none of its {seen} depth images lies in the wanted range"),
-        (seen, false) => format!("{seen} depth images seen; {}", reasons.join("; ")),
+    let skipped = report.read.read.skipped.iter();
+    let reasons: Vec<_> =
+        skipped.map(|s| format!("{}: {} ({} times)", s.source, s.reason, s.count)).take(3).collect();
+    let seen: u64 = report.read.sensors.iter().map(|sensor| sensor.seen).sum();
+    match (seen, reasons.is_empty()) {
+        (0, true) => "it holds no depth image and no scan with points".into(),
+        (seen, true) => format!("none of its {seen} depth images and scans lies in the wanted range"),
+        (seen, false) => format!("{seen} depth images and scans seen; {}", reasons.join("; ")),
     }
 }

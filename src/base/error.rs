@@ -101,7 +101,7 @@ pub enum Error {
         /// What wgpu said.
         reason: String,
     },
-    /// The device went away; the pipeline must be built anew.
+    /// The device went away; the mapper must be built anew.
     #[error("GPU device lost: {0}")]
     DeviceLost(String),
     /// A weight file does not hold a network that limpid can run.
@@ -118,10 +118,10 @@ pub enum Error {
         /// What was met instead.
         reason: String,
     },
-    /// An input's size or type is not what the pipeline was built for.
-    #[error("frame input `{what}`: {reason}")]
+    /// What a tool was given does not fit: its size, its type or its numbers.
+    #[error("input `{what}`: {reason}")]
     Input {
-        /// The buffer or image.
+        /// The image, scan, map or list.
         what: String,
         /// What was expected and what came.
         reason: String,

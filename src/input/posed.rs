@@ -18,8 +18,8 @@ use crate::input::points::{Options, ScanReport, Scans};
 use crate::input::pose::PoseResolver;
 use crate::input::report::merge;
 use crate::input::transforms::TransformError;
-use crate::lidar::{ScanFrame, ScanPose, Sweep};
 use crate::sensor::Scan;
+use crate::sensor::{Observation, SensorData, SensorPose, Sweep};
 
 /// Frame of a lidar whose recording and configuration name none.
 const NAMELESS: &str = "lidar";
@@ -66,7 +66,7 @@ impl PosedScans {
     ///
     /// # Errors
     /// Only what ends the recording.
-    pub fn next_frame(&mut self) -> Result<Option<ScanFrame>> {
+    pub fn next_observation(&mut self) -> Result<Option<Observation>> {
         let Some(scan) = self.scans.next_scan()? else { return Ok(None) };
         let frame_id =
             [&self.config.lidar_frame, &scan.frame_id].into_iter().find(|name| !name.is_empty()).cloned();
@@ -84,7 +84,7 @@ impl PosedScans {
             Poses::Log(log) => log.posed().then_some(&log.poses),
         };
         let (map_frame, pose) = match posed {
-            None => (frame_id.clone(), Some(ScanPose::SENSOR)),
+            None => (frame_id.clone(), Some(SensorPose::SENSOR)),
             Some(resolver) => {
                 let pose = pose(resolver, &frame_id, scan.stamp_ns, times, &mut self.report);
                 if let Err(error) = &pose {
@@ -95,7 +95,7 @@ impl PosedScans {
             }
         };
         let goal_m = self.goal(&map_frame, scan.stamp_ns);
-        Ok(Some(ScanFrame { scan, map_frame, pose, goal_m }))
+        Ok(Some(Observation { sensor: 0, pose, map_frame, goal_m, data: SensorData::Scan(scan) }))
     }
 
     /// The goal of the topic, in the map.
@@ -160,7 +160,7 @@ fn pose(
     stamp_ns: u64,
     times: Option<[f32; 2]>,
     report: &mut ReadReport,
-) -> std::result::Result<ScanPose, TransformError> {
+) -> std::result::Result<SensorPose, TransformError> {
     let (map_from_base, base_from_lidar) = resolver.lidar_pose(frame_id, stamp_ns, report)?;
     let at = |seconds: f32| resolver.map_from(frame_id, shifted(stamp_ns, seconds));
     let sweep = times.and_then(|[first_s, last_s]| match (at(first_s), at(last_s)) {
@@ -183,5 +183,5 @@ fn pose(
             None
         }
     });
-    Ok(ScanPose { map_from_base, base_from_lidar, sweep })
+    Ok(SensorPose { map_from_base, base_from_sensor: base_from_lidar, sweep })
 }

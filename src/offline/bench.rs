@@ -9,10 +9,9 @@ use serde_json::{Value, json};
 
 use crate::base::{Error, Result};
 use crate::config::Config;
-use crate::frame::{FrameOutput, Options};
-use crate::input::Recording;
-use crate::pipeline::Pipeline;
-use crate::sensor::RgbdFrame;
+use crate::input::Source;
+use crate::mapper::{Mapper, Options, SensorInfo, Submitted};
+use crate::sensor::{CameraModel, Observation, SensorData, SensorModel};
 
 /// Median and spread of samples, milliseconds.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -48,9 +47,11 @@ pub struct BenchReport {
     pub width: u32,
     /// Pixels of the depth image.
     pub height: u32,
+    /// Points of the first scan; 0 of a camera.
+    pub points: usize,
     /// Method.
     pub method: String,
-    /// Building the pipeline: device, allocation, compilation, first dispatches.
+    /// Building the passes: device, allocation, compilation, first dispatches.
     pub build_ms: f64,
     /// From submit to result, one frame at a time: upload, all passes, readback.
     pub wall: Stats,
@@ -66,58 +67,61 @@ pub struct BenchReport {
     pub load: [Option<f64>; 2],
 }
 
-/// The first `count` frames with a pose.
+/// The first `count` observations with a pose.
 ///
 /// # Errors
-/// Those of the reader, and [`Error::Empty`] where there is none.
-pub fn frames(recording: &mut dyn Recording, count: usize) -> Result<Vec<RgbdFrame>> {
-    let mut frames = Vec::new();
-    while frames.len() < count {
-        let Some(frame) = recording.next_frame()? else { break };
-        frames.extend(frame.pose.is_some().then_some(frame));
+/// Those of the source, and [`Error::Empty`] where there is none.
+pub fn observations(source: &mut dyn Source, count: usize) -> Result<Vec<Observation>> {
+    let mut observations = Vec::new();
+    while observations.len() < count {
+        let Some(observation) = source.next()? else { break };
+        observations.extend(observation.pose.is_some().then_some(observation));
     }
-    match frames.is_empty() {
-        true => Err(Error::Empty { reason: "no frame with a pose".into() }),
-        false => Ok(frames),
+    match observations.is_empty() {
+        true => Err(Error::Empty { reason: "nothing with a pose".into() }),
+        false => Ok(observations),
     }
 }
 
-/// Measures `samples` frames, going round `frames`, after a fifth as many to warm up.
+/// Measures `samples` observations of `sensors`, going round `observations`, after a fifth as many to warm up.
 ///
 /// # Errors
-/// Those of [`Pipeline`], and [`Error::Empty`] without frames or samples.
+/// Those of [`Mapper`], and [`Error::Empty`] without observations or samples.
 pub fn bench(
     config: &Config,
+    sensors: &[SensorInfo],
     options: &Options,
-    frames: &[RgbdFrame],
+    observations: &[Observation],
     samples: usize,
 ) -> Result<BenchReport> {
-    let first = frames.first().filter(|_| samples > 0);
+    let first = observations.first().filter(|_| samples > 0);
     let first = first.ok_or_else(|| Error::Empty { reason: "nothing to measure".into() })?;
     let load_before = load_average();
     let start = Instant::now();
-    let mut pipeline = Pipeline::open(config, first, &Options { profiling: false, ..options.clone() })?;
+    let mut mapper = Mapper::open(config, sensors, &Options { profiling: false, ..options.clone() })?;
     let build_ms = ms_since(start);
-    let round = || frames.iter().cycle();
-    for frame in round().take(samples.div_ceil(5)) {
-        process(&mut pipeline, frame)?;
+    let round = || observations.iter().cycle();
+    for observation in round().take(samples.div_ceil(5)) {
+        mapper.step(observation)?;
     }
     let (mut wall, mut cpu) = (Vec::new(), Vec::new());
-    for frame in round().take(samples) {
+    for observation in round().take(samples) {
         let (start, cpu_start) = (Instant::now(), ProcessTime::now());
-        process(&mut pipeline, frame)?;
+        mapper.step(observation)?;
         wall.push(ms_since(start));
         cpu.push(cpu_start.elapsed().as_secs_f64() * 1e3);
     }
-    let pipelined_ms = pipelined(&mut pipeline, frames, samples)?;
-    let (gpu, passes) = passes(config, options, frames, samples)?;
+    let pipelined_ms = pipelined(&mut mapper, observations, samples)?;
+    let (gpu, passes) = passes(config, sensors, options, observations, samples)?;
     let empty = || Error::Empty { reason: "nothing measured".into() };
+    let Subject { width, height, points, method } = Subject::of(first, sensors);
     Ok(BenchReport {
         version: env!("CARGO_PKG_VERSION"),
-        adapter: pipeline.executor().context().describe(),
-        width: first.depth.camera.width,
-        height: first.depth.camera.height,
-        method: format!("{:?}", config.resolved(options.color.is_some()).method).to_lowercase(),
+        adapter: mapper.context().describe(),
+        width,
+        height,
+        points,
+        method,
         build_ms,
         wall: Stats::of(&wall).ok_or_else(empty)?,
         cpu: Stats::of(&cpu).ok_or_else(empty)?,
@@ -128,37 +132,77 @@ pub fn bench(
     })
 }
 
-fn process(pipeline: &mut Pipeline, frame: &RgbdFrame) -> Result<Option<FrameOutput>> {
-    pipeline.submit(frame)?;
-    pipeline.receive()
+/// What is measured.
+struct Subject {
+    width: u32,
+    height: u32,
+    points: usize,
+    method: String,
 }
 
-fn pipelined(pipeline: &mut Pipeline, frames: &[RgbdFrame], samples: usize) -> Result<f64> {
-    let start = Instant::now();
-    for frame in frames.iter().cycle().take(samples) {
-        if pipeline.is_full() {
-            pipeline.receive()?;
+impl Subject {
+    fn of(first: &Observation, sensors: &[SensorInfo]) -> Self {
+        match (&first.data, sensors.get(first.sensor)) {
+            (SensorData::Frame(frame), Some(SensorInfo { config, model: SensorModel::Camera(info), .. })) => {
+                let method = config.resolved(info.color.is_some()).method;
+                let CameraModel { width, height, .. } = frame.depth.camera;
+                Self { width, height, points: 0, method: format!("{method:?}").to_lowercase() }
+            }
+            (SensorData::Scan(scan), Some(SensorInfo { config, .. })) => {
+                let method = if config.glass { "lidar with glass" } else { "lidar" };
+                Self { width: 0, height: 0, points: scan.points.len(), method: method.into() }
+            }
+            _ => Self { width: 0, height: 0, points: 0, method: String::new() },
         }
-        pipeline.submit(frame)?;
     }
-    while pipeline.receive()?.is_some() {}
+}
+
+fn pipelined(mapper: &mut Mapper, observations: &[Observation], samples: usize) -> Result<f64> {
+    let start = Instant::now();
+    for observation in observations.iter().cycle().take(samples) {
+        submit(mapper, observation, |mapper| mapper.wait().map(|_| ()))?;
+    }
+    while mapper.wait()?.is_some() {}
     let frames = u32::try_from(samples).unwrap_or(u32::MAX);
     Ok(ms_since(start) / f64::from(frames))
 }
 
+/// Submits as soon as there is room; `take` takes a result where there is none.
+fn submit(
+    mapper: &mut Mapper,
+    observation: &Observation,
+    mut take: impl FnMut(&mut Mapper) -> Result<()>,
+) -> Result<()> {
+    while mapper.is_full(observation.sensor) {
+        take(mapper)?;
+    }
+    match mapper.submit(observation)? {
+        Submitted::Taken => Ok(()),
+        Submitted::Refused(reason) => {
+            Err(Error::Input { what: "observation".into(), reason: reason.to_string() })
+        }
+    }
+}
+
 type PassStats = (Option<Stats>, Vec<(String, Stats)>);
 
-/// GPU time by pass, in a pipeline of its own: timestamps split the frame's one compute pass.
-fn passes(config: &Config, options: &Options, frames: &[RgbdFrame], samples: usize) -> Result<PassStats> {
-    let mut pipeline = Pipeline::open(config, &frames[0], &Options { profiling: true, ..options.clone() })?;
+/// GPU time by pass, in a mapper of its own: timestamps split the frame's one compute pass.
+fn passes(
+    config: &Config,
+    sensors: &[SensorInfo],
+    options: &Options,
+    observations: &[Observation],
+    samples: usize,
+) -> Result<PassStats> {
+    let mut mapper = Mapper::open(config, sensors, &Options { profiling: true, ..options.clone() })?;
     let mut sums = Vec::new();
     let mut by_pass: Vec<(String, Vec<f64>)> = Vec::new();
-    for frame in frames.iter().cycle().take(samples) {
-        let Some(output) = process(&mut pipeline, frame)? else { continue };
+    for observation in observations.iter().cycle().take(samples) {
+        let output = mapper.step(observation)?;
         sums.push(output.pass_ms.iter().map(|(_, ms)| ms).sum());
         for (index, (name, ms)) in output.pass_ms.into_iter().enumerate() {
             if by_pass.len() == index {
-                by_pass.push((name, Vec::new()));
+                by_pass.push((name.to_string(), Vec::new()));
             }
             by_pass[index].1.push(ms);
         }
@@ -170,10 +214,10 @@ fn passes(config: &Config, options: &Options, frames: &[RgbdFrame], samples: usi
 impl BenchReport {
     /// A Markdown table: a row per pass, then the frame.
     pub fn table(&self) -> String {
-        let Self { version, adapter, width, height, method, build_ms, .. } = self;
-        let mut text = format!(
-            "limpid {version}, {adapter}\n{width}x{height}, method {method}, built in {build_ms:.0} ms"
-        );
+        let Self { version, adapter, width, height, points, method, build_ms, .. } = self;
+        let size = if *points > 0 { format!("{points} points") } else { format!("{width}x{height}") };
+        let mut text =
+            format!("limpid {version}, {adapter}\n{size}, method {method}, built in {build_ms:.0} ms");
         if let [Some(before), Some(after)] = self.load {
             let _ = write!(text, ", load {before:.1} to {after:.1}");
         }
@@ -197,25 +241,30 @@ impl BenchReport {
     }
 }
 
-/// A Chrome trace (Perfetto opens it) of `samples` frames: the passes on the GPU's clock, set beside the
+/// A Chrome trace (Perfetto opens it) of `samples` observations: the passes on the GPU's clock, set beside the
 /// host's by the first frame's submit, and what the host did meanwhile.
 ///
 /// # Errors
-/// Those of [`Pipeline`]; [`Error::Gpu`] where the adapter has no timestamps.
-pub fn trace(config: &Config, options: &Options, frames: &[RgbdFrame], samples: usize) -> Result<Value> {
-    let first = frames.first().ok_or_else(|| Error::Empty { reason: "nothing to trace".into() })?;
-    let mut pipeline = Pipeline::open(config, first, &Options { profiling: true, ..options.clone() })?;
-    let mut trace = Trace::new(&pipeline.executor().context().describe());
+/// Those of [`Mapper`]; [`Error::Gpu`] where the adapter has no timestamps.
+pub fn trace(
+    config: &Config,
+    sensors: &[SensorInfo],
+    options: &Options,
+    observations: &[Observation],
+    samples: usize,
+) -> Result<Value> {
+    let mut mapper = Mapper::open(config, sensors, &Options { profiling: true, ..options.clone() })?;
+    let mut trace = Trace::new(&mapper.context().describe());
     let mut number = 0;
-    for frame in frames.iter().cycle().take(samples) {
-        if pipeline.is_full() {
-            trace.receive(&mut pipeline, number)?;
+    for observation in observations.iter().cycle().take(samples) {
+        while mapper.is_full(observation.sensor) {
+            trace.receive(&mut mapper, number)?;
             number += 1;
         }
-        trace.host("submit", |_| pipeline.submit(frame))?;
+        trace.host("submit", |_| submit(&mut mapper, observation, |_| Ok(())))?;
     }
     for number in number..samples {
-        trace.receive(&mut pipeline, number)?;
+        trace.receive(&mut mapper, number)?;
     }
     match trace.gpu_offset_us {
         Some(_) => Ok(json!({ "traceEvents": trace.events, "displayTimeUnit": "ms" })),
@@ -257,8 +306,8 @@ impl Trace {
         result
     }
 
-    fn receive(&mut self, pipeline: &mut Pipeline, number: usize) -> Result<()> {
-        let Some(output) = self.host("receive", |_| pipeline.receive())? else { return Ok(()) };
+    fn receive(&mut self, mapper: &mut Mapper, number: usize) -> Result<()> {
+        let Some(output) = self.host("receive", |_| mapper.wait())? else { return Ok(()) };
         let starts = output.pass_start_ms.iter().map(|ms| ms * 1e3);
         for ((name, ms), start_us) in output.pass_ms.iter().zip(starts) {
             let submitted_us = self.submitted_us.unwrap_or(0.0);

@@ -3,9 +3,10 @@
 use bytemuck::{cast_slice, pod_read_unaligned};
 use glam::{DVec2, DVec3, Vec2};
 
+use crate::base::Rigid;
 use crate::base::{Error, Result};
 use crate::gpu::{Context, Executor, Invocations, Plan};
-use crate::lidar::ScanOutput;
+use crate::map::MapUpdate;
 use crate::stage::map::trajectory_cost::{ROLL_OUT, RollOutParams, SUM, SumParams};
 use crate::stage::single;
 
@@ -86,13 +87,14 @@ impl Scorer {
         Ok(Self { rolled, given, side, candidates, places })
     }
 
-    /// Scores velocities (v in m/s, omega in rad/s) held for `horizon_s` from the robot's pose in `map`.
+    /// Scores velocities (v in m/s, omega in rad/s) held for `horizon_s` from the robot's pose `map_from_base`.
     ///
     /// # Errors
     /// [`Error::Input`] where map, candidates or way are larger than the scorer was opened for, or no numbers.
     pub fn score_velocities(
         &mut self,
-        map: &ScanOutput,
+        map: &MapUpdate,
+        map_from_base: Rigid,
         velocities: &[[f64; 2]],
         horizon_s: f64,
     ) -> Result<Vec<Score>> {
@@ -104,9 +106,9 @@ impl Scorer {
         let fastest = velocities.iter().map(|[v, _]| v.abs()).fold(0.0, f64::max);
         let steps = fastest * horizon_s / (STEP_CELLS * map.grid.resolution_m);
         let places = self.check_places(steps)?;
-        let heading = map.map_from_base.rotation * DVec3::X;
+        let heading = map_from_base.rotation * DVec3::X;
         let params = RollOutParams {
-            start: in_window(map, map.map_from_base.translation_m.truncate()),
+            start: in_window(map, map_from_base.translation_m.truncate()),
             heading: single(heading.y.atan2(heading.x)),
             step_s: single(horizon_s / f64::from(places - 1).max(1.0)),
             candidates,
@@ -132,7 +134,7 @@ impl Scorer {
     /// As [`Self::score_velocities`].
     pub fn score_trajectories(
         &mut self,
-        map: &ScanOutput,
+        map: &MapUpdate,
         trajectories: &[Vec<[f64; 2]>],
     ) -> Result<Vec<Score>> {
         let candidates = self.check(map, trajectories.len())?;
@@ -168,7 +170,7 @@ impl Scorer {
         Ok(scores)
     }
 
-    fn check(&self, map: &ScanOutput, candidates: usize) -> Result<u32> {
+    fn check(&self, map: &MapUpdate, candidates: usize) -> Result<u32> {
         let side = self.side as usize;
         if map.grid.width != self.side || map.grid.height != self.side || map.costmap.len() != side * side {
             return Err(bad(format!("the map is not of {side}x{side} cells")));
@@ -187,7 +189,7 @@ impl Scorer {
         Ok(places.min(self.places))
     }
 
-    fn sum_params(&self, map: &ScanOutput, candidates: u32, places: u32) -> SumParams {
+    fn sum_params(&self, map: &MapUpdate, candidates: u32, places: u32) -> SumParams {
         SumParams {
             side: self.side,
             quads: self.side.div_ceil(4),
@@ -199,12 +201,12 @@ impl Scorer {
     }
 }
 
-fn in_window(map: &ScanOutput, place: DVec2) -> Vec2 {
+fn in_window(map: &MapUpdate, place: DVec2) -> Vec2 {
     (place - DVec2::new(map.grid.origin_x_m, map.grid.origin_y_m)).as_vec2()
 }
 
 /// Costs four to a word, rows padded.
-fn packed(map: &ScanOutput) -> Vec<u8> {
+fn packed(map: &MapUpdate) -> Vec<u8> {
     let side = map.grid.width as usize;
     let mut bytes = Vec::with_capacity(side.next_multiple_of(4) * side);
     for row in map.costmap.chunks_exact(side) {

@@ -1,6 +1,6 @@
 //! What is known of a sensor before its first observation: what the passes are built for.
 
-use crate::sensor::{CameraModel, Scan};
+use crate::sensor::{CameraModel, DepthSamples, RgbdFrame, Scan};
 
 /// Kind of a sensor, with what is known of it.
 #[derive(Debug, Clone, PartialEq)]
@@ -33,4 +33,20 @@ pub struct CameraInfo {
 pub struct LidarInfo {
     /// A scan, from which the rings of the planes, the grid of beams and the full scale of intensities are taken.
     pub first: Scan,
+}
+
+impl CameraInfo {
+    /// From the first frames of a camera, of which one with colour tells of that; `None` of no frame.
+    pub fn of_frames<'a>(frames: impl IntoIterator<Item = &'a RgbdFrame>) -> Option<Self> {
+        let mut frames = frames.into_iter().peekable();
+        let first = *frames.peek()?;
+        let colored = frames.find(|frame| frame.color.is_some());
+        Some(Self {
+            depth: first.depth.camera,
+            float_depth: matches!(first.depth.samples, DepthSamples::Metres(_)),
+            color: colored.and_then(|frame| frame.color.as_ref()).map(|color| color.camera),
+            color_aligned: colored.is_some_and(RgbdFrame::color_is_aligned),
+            confidence: first.confidence.is_some(),
+        })
+    }
 }

@@ -73,6 +73,16 @@ pub struct Observation {
 }
 
 impl Observation {
+    /// A camera's frame, with the pose that it bears.
+    pub fn of_frame(sensor: usize, map_frame: &str, frame: RgbdFrame) -> Self {
+        let pose = frame.pose.map(|pose| SensorPose {
+            map_from_base: pose.map_from_base,
+            base_from_sensor: pose.base_from_camera,
+            sweep: None,
+        });
+        Self { sensor, pose, map_frame: map_frame.into(), goal_m: None, data: SensorData::Frame(frame) }
+    }
+
     /// Number in its source, counted for each sensor from 0: of the depth image, or of the scan.
     pub fn index(&self) -> u64 {
         match &self.data {

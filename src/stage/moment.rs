@@ -3,6 +3,7 @@
 use glam::{DVec2, DVec3};
 
 use crate::base::{Error, Result, Rigid};
+use crate::config::Config;
 use crate::map::{Grid, Window};
 use crate::sensor::{Observation, RgbdFrame, Scan, SensorPose};
 
@@ -28,6 +29,20 @@ pub struct Moment<'a> {
 }
 
 impl<'a> Moment<'a> {
+    /// A first observation, for tools without a map of their own.
+    pub fn of(observation: &'a Observation, pose: SensorPose, window: Window, config: &Config) -> Self {
+        Self {
+            observation: Some(observation),
+            pose,
+            window,
+            grid: window.grid(config.resolution_m, 1),
+            since_last_s: None,
+            follows: false,
+            local_origin_m: DVec3::ZERO,
+            towards_goal: None,
+        }
+    }
+
     /// The frame.
     ///
     /// # Errors

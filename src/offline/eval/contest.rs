@@ -2,9 +2,10 @@
 
 use crate::base::{Error, Result};
 use crate::config::{Config, Fusion, Method};
-use crate::frame::{FrameImages, FrameOutput, Options};
-use crate::pipeline::Pipeline;
-use crate::sensor::RgbdFrame;
+use crate::gpu::Context;
+use crate::map::{FrameImages, MapUpdate, Update};
+use crate::mapper::{Mapper, Options, SensorInfo};
+use crate::sensor::{CameraInfo, Observation, RgbdFrame};
 
 /// Hits a cell and frame that the stricter naive method asks for (spec 1 §8).
 const STRICT_HITS: u32 = 3;
@@ -42,9 +43,9 @@ pub fn contestants(config: &Config) -> Vec<Contestant> {
     all
 }
 
-/// A pipeline for each method, all at the same frame.
+/// A mapper for each method, all at the same frame.
 pub struct Contest {
-    entries: Vec<(Contestant, Pipeline)>,
+    entries: Vec<(Contestant, Mapper)>,
 }
 
 /// A method's result for one frame.
@@ -54,8 +55,8 @@ pub struct Entry {
     pub key: &'static str,
     /// The method's tau.
     pub tau: f32,
-    /// The costmap, with images.
-    pub output: FrameOutput,
+    /// What came of the frame, with images.
+    pub update: Update,
 }
 
 impl Entry {
@@ -65,27 +66,37 @@ impl Entry {
     /// [`Error::Input`] where they were not read back.
     pub fn images(&self) -> Result<&FrameImages> {
         let reason = || Error::Input { what: self.key.into(), reason: "has no images".into() };
-        self.output.images.as_ref().ok_or_else(reason)
+        self.update.camera().and_then(|camera| camera.images.as_ref()).ok_or_else(reason)
+    }
+
+    /// The map after the frame.
+    ///
+    /// # Errors
+    /// [`Error::Input`] where there is none.
+    pub fn map(&self) -> Result<&MapUpdate> {
+        let reason = || Error::Input { what: self.key.into(), reason: "has no map".into() };
+        self.update.map.as_ref().ok_or_else(reason)
     }
 }
 
 impl Contest {
-    /// Builds the pipelines for frames like `first`.
+    /// Builds the passes for frames like `first`.
     ///
     /// # Errors
-    /// Those of [`Pipeline::open`].
+    /// Those of [`Mapper::open`].
     pub fn open(contestants: &[Contestant], first: &RgbdFrame, adapter: Option<&str>) -> Result<Self> {
+        let context = Context::open(adapter, false)?;
+        let options = Options { images: true, ..Options::default() };
         let open = |contestant: &Contestant| {
-            let options = Options { adapter: adapter.map(str::to_owned), images: true, ..Options::default() };
-            let pipeline = if contestant.config.method == Method::Drm {
-                let options = options.with_color_of(std::iter::once(first));
-                Pipeline::open(&contestant.config, first, &options)?
-            } else {
-                let mut first = plain(first);
-                first.confidence = needs_reliability(contestant.key).then(Vec::new);
-                Pipeline::open(&contestant.config, &first, &options)?
-            };
-            Ok((contestant.clone(), pipeline))
+            let mut first =
+                if contestant.config.method == Method::Drm { first.clone() } else { plain(first) };
+            if needs_reliability(contestant.key) {
+                first.confidence = Some(Vec::new());
+            }
+            let nothing = || Error::Empty { reason: "no first frame".into() };
+            let info = CameraInfo::of_frames([&first]).ok_or_else(nothing)?;
+            let sensors = [SensorInfo::camera(&contestant.config, info)];
+            Ok((contestant.clone(), Mapper::on(&context, &contestant.config, &sensors, &options)?))
         };
         Ok(Self { entries: contestants.iter().map(open).collect::<Result<_>>()? })
     }
@@ -93,25 +104,23 @@ impl Contest {
     /// Puts a frame through all of them.
     ///
     /// # Errors
-    /// Those of [`Pipeline::submit`] and [`Pipeline::receive`].
+    /// Those of [`Mapper::step`].
     pub fn step(&mut self, frame: &RgbdFrame) -> Result<Vec<Entry>> {
         let bare = plain(frame);
-        for (contestant, pipeline) in &mut self.entries {
-            if !needs_reliability(contestant.key) {
-                pipeline.submit(if contestant.config.method == Method::Drm { frame } else { &bare })?;
-            }
-        }
         let mut results: Vec<Entry> = Vec::new();
-        for (contestant, pipeline) in &mut self.entries {
-            if needs_reliability(contestant.key) {
+        for (contestant, mapper) in &mut self.entries {
+            let frame = if needs_reliability(contestant.key) {
                 let last = results.last().map(Entry::images).transpose()?;
                 let confidence = last.map(|images| images.reliability.clone());
-                pipeline.submit(&RgbdFrame { confidence, ..bare.clone() })?;
-            }
-            let lost = || Error::Gpu { what: contestant.key.into(), reason: "nothing came back".into() };
-            let output = pipeline.receive()?.ok_or_else(lost)?;
+                RgbdFrame { confidence, ..bare.clone() }
+            } else if contestant.config.method == Method::Drm {
+                frame.clone()
+            } else {
+                bare.clone()
+            };
+            let update = mapper.step(&Observation::of_frame(0, &contestant.config.map_frame, frame))?;
             let tau = crate::stage::single(contestant.config.tau);
-            results.push(Entry { key: contestant.key, tau, output });
+            results.push(Entry { key: contestant.key, tau, update });
         }
         Ok(results)
     }

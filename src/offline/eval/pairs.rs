@@ -8,14 +8,14 @@ use serde_json::{Map, Value, json};
 use crate::base::Rigid;
 use crate::base::{Error, Result};
 use crate::config::{Config, Method};
-use crate::frame::Options;
 use crate::input::image_decode::{Decoded, color_from_file, depth_from_file, read_file};
+use crate::mapper::{Mapper, Options, SensorInfo};
 use crate::offline::eval::picture::{Panel, sheet};
 use crate::offline::eval::predictors::Predictor;
 use crate::offline::eval::ranking::suspicion;
 use crate::offline::eval::report::table::Table;
 use crate::offline::eval::{Decision, Ranking, share};
-use crate::pipeline::Pipeline;
+use crate::sensor::{CameraInfo, Observation};
 use crate::sensor::{CameraModel, Distortion};
 use crate::sensor::{ColorImage, DepthImage, DepthSamples, FramePose, RgbdFrame};
 
@@ -230,12 +230,12 @@ pub fn evaluate_pairs(
 
 fn reliability(frame: &RgbdFrame, config: &Config, adapter: Option<&str>) -> Result<Option<Vec<f32>>> {
     let options = Options { adapter: adapter.map(str::to_owned), images: true, ..Options::default() };
-    let options = options.with_color_of(std::iter::once(frame));
     let config = Config { method: Method::Drm, ..config.clone() };
-    let mut pipeline = Pipeline::open(&config, frame, &options)?;
-    pipeline.submit(frame)?;
-    let output = pipeline.receive()?;
-    Ok(output.and_then(|output| output.images).map(|images| images.reliability))
+    let Some(info) = CameraInfo::of_frames([frame]) else { return Ok(None) };
+    let mut mapper = Mapper::open(&config, &[SensorInfo::camera(&config, info)], &options)?;
+    let update = mapper.step(&Observation::of_frame(0, &config.map_frame, frame.clone()))?;
+    let images = update.camera().and_then(|camera| camera.images.as_ref());
+    Ok(images.map(|images| images.reliability.clone()))
 }
 
 fn tally(

@@ -147,10 +147,8 @@ fn color_panel(frame: &RgbdFrame) -> Panel<'static> {
 /// [`crate::Error::File`] or [`crate::Error::Encode`], both with the path.
 pub fn save(scored: &Scored, path: &Path) -> Result<()> {
     let is_glass = |cell: usize| scored.window.cells.get(cell) == Some(&crate::sim::truth::GLASS);
-    let truth = scored
-        .entries
-        .first()
-        .map(|entry| Panel::costmap("truth", entry.output.grid.width, &scored.window.costs, is_glass));
+    let first = scored.entries.first().map(Entry::map).transpose()?;
+    let truth = first.map(|map| Panel::costmap("truth", map.grid.width, &scored.window.costs, is_glass));
     draw(&scored.frame.frame, &scored.entries, Some(&scored.frame.truth.depth_m), truth, path)
 }
 
@@ -176,7 +174,8 @@ fn draw(
     let mut maps = Vec::new();
     for key in DRAWN {
         let Some(entry) = entries.iter().find(|entry| entry.key == key) else { continue };
-        maps.push(Panel::costmap(key, entry.output.grid.width, &entry.output.costmap, |_| false));
+        let map = entry.map()?;
+        maps.push(Panel::costmap(key, map.grid.width, &map.costmap, |_| false));
         if key == "drm" {
             let images_of = entry.images()?;
             images.push(Panel::reliability("reliability", width, &images_of.reliability, &measured));

@@ -44,7 +44,7 @@ pub fn evaluate(
         let entries = contest.step(&frame.frame)?;
         seen += 1;
         let Some(first) = entries.first().filter(|_| seen > UNSCORED) else { continue };
-        let window = TrueWindow::new(&frame.truth, &first.output.grid, config)?;
+        let window = TrueWindow::new(&frame.truth, &first.map()?.grid, config)?;
         score(&mut result, &frame, &window, &entries)?;
         last = Some(Scored { frame, window, entries });
     }
@@ -72,7 +72,7 @@ fn score(result: &mut SceneResult, frame: &TrueFrame, window: &TrueWindow, entri
         let images = entry.images()?;
         let tally: &mut MethodTally = result.methods.entry(entry.key.into()).or_default();
         tally.depth.observe(&measured, &images.depth_m, &images.reliability, entry.tau, truth);
-        tally.map.observe(&entry.output.costmap, window)?;
+        tally.map.observe(&entry.map()?.costmap, window)?;
         for (&weight, bad) in images.reliability.iter().zip(&labels) {
             let Some(bad) = *bad else { continue };
             tally.ranking.put(suspicion(weight), bad);

@@ -1,22 +1,22 @@
 //! Frames in, samples out, some frames later: a reference is drawn from frames before and after.
 
 use std::collections::VecDeque;
+use std::sync::Arc;
 
 use bytemuck::{cast_slice, pod_read_unaligned};
 
 use crate::base::Rigid;
 use crate::base::seconds_between;
-use crate::base::{Error, Result};
+use crate::base::{Error, Refused, Result};
 use crate::config::{Config, Method};
-use crate::frame::Options;
 use crate::gpu::{Context, Executor, Invocations, Plan, Readback};
 use crate::map::Window;
+use crate::mapper::check_frame;
 use crate::network::weights::{INPUT_CHANNELS, NATIVE_SIZE};
 use crate::network::{Backend, INPUT};
 use crate::offline::targets::Request;
 use crate::offline::targets::sample::{Judged, Sample};
-use crate::receive::{check_fit, check_pose};
-use crate::sensor::RgbdFrame;
+use crate::sensor::{CameraInfo, Observation, RgbdFrame, SensorPose};
 use crate::sim::truth::TruthFrame;
 use crate::stage::camera::align_color::ALIGN_COLOR;
 use crate::stage::camera::back_project;
@@ -24,7 +24,7 @@ use crate::stage::camera::drm::{ResizeParams, resize};
 use crate::stage::camera::ingest::{INGEST, Ingest};
 use crate::stage::camera::register_color::REGISTER_COLOR;
 use crate::stage::targets::{REACH, Rule, SLOTS, Targets, View};
-use crate::stage::{Job, Moment, Stage, color_stage, single};
+use crate::stage::{CameraJob, Moment, Stage, color_stage, single};
 
 /// Metres that the network's depth is divided by (spec 1 §1).
 const DEPTH_SCALE_M: f64 = 10.0;
@@ -41,7 +41,8 @@ struct Kept {
 
 /// Makes samples of frames of one size and calibration.
 pub struct Maker {
-    job: Job,
+    job: Arc<CameraJob>,
+    ingest: Ingest,
     color: Option<Box<dyn Stage>>,
     targets: Targets,
     every: u64,
@@ -60,15 +61,37 @@ impl Maker {
         first.depth.camera.validate()?;
         check_color(first)?;
         let config = Config { method: Method::Drm, ..Config::default() };
-        let options = Options { images: true, ..Options::default() }.with_color_of([first].into_iter());
-        let job = options.job(&config, first, None);
+        let nothing = || Error::Input { what: "frame".into(), reason: "is missing".into() };
+        let info = CameraInfo::of_frames([first]).ok_or_else(nothing)?;
+        let job = Arc::new(CameraJob {
+            depth: info.depth,
+            float_depth: info.float_depth,
+            color: info.color,
+            color_aligned: info.color_aligned,
+            confidence: info.confidence,
+            drm: None,
+            images: true,
+            layers: false,
+            side: config.cells_per_side()?,
+            config,
+        });
         let color = color_stage(&job);
         let targets = Targets { rule: request.rule, truth };
         let plan = plan(&job, &request.rule, truth)?;
         let context = Context::open(request.adapter.as_deref(), false)?;
         let executor = Executor::build(&context, plan)?;
         let every = request.every.max(1);
-        Ok(Self { job, color, targets, every, executor, kept: VecDeque::new(), pushed: 0, next: 0 })
+        Ok(Self {
+            ingest: Ingest { job: Arc::clone(&job) },
+            job,
+            color,
+            targets,
+            every,
+            executor,
+            kept: VecDeque::new(),
+            pushed: 0,
+            next: 0,
+        })
     }
 
     /// Adapter and driver.
@@ -92,9 +115,14 @@ impl Maker {
             }
             other => other,
         };
-        check_fit(&self.job, frame).and_then(|()| check_same(&self.job, frame)).map_err(named)?;
+        let refused = |reason: Refused| Error::Input {
+            what: format!("frame {}", frame.index),
+            reason: reason.to_string(),
+        };
+        check_frame(&self.job, frame).map_err(refused)?;
+        check_same(&self.job, frame).map_err(named)?;
         check_color(frame)?;
-        let pose = check_pose(frame).map_err(named)?;
+        let pose = frame.pose.ok_or_else(|| refused(Refused::NoPose))?;
         let slot = usize::try_from(self.pushed % SLOTS as u64).unwrap_or(0);
         self.pushed += 1;
         self.kept.push_back(Kept {
@@ -162,8 +190,9 @@ impl Maker {
         let mut input = self.executor.begin()?;
         match frame {
             Some(frame) => {
-                let moment = Moment::new(job, frame, Window::default(), Rigid::IDENTITY, None);
-                Ingest.write(&moment, &mut input)?;
+                let observation = Observation::of_frame(0, "", frame.clone());
+                let moment = Moment::of(&observation, SensorPose::SENSOR, Window::default(), &job.config);
+                self.ingest.write(&moment, &mut input)?;
                 if let Some(color) = &self.color {
                     color.write(&moment, &mut input)?;
                 }
@@ -235,7 +264,7 @@ fn check_color(frame: &RgbdFrame) -> Result<()> {
 }
 
 /// Rays and window are those of one calibration.
-fn check_same(job: &Job, frame: &RgbdFrame) -> Result<()> {
+fn check_same(job: &Arc<CameraJob>, frame: &RgbdFrame) -> Result<()> {
     if frame.depth.camera == job.depth {
         return Ok(());
     }
@@ -257,12 +286,12 @@ fn check_views(target: &Kept, views: usize, least: u32) -> Result<()> {
 ///
 /// # Errors
 /// [`Error::Plan`] or [`Error::Shader`] where a pass contradicts its shader.
-pub fn plan(job: &Job, rule: &Rule, truth: bool) -> Result<Plan> {
+pub fn plan(job: &Arc<CameraJob>, rule: &Rule, truth: bool) -> Result<Plan> {
     let mut plan = Plan::default();
     plan.fixed("rays", back_project::rays(&job.depth))?;
-    Ingest.append(&mut plan, job)?;
+    Ingest { job: Arc::clone(job) }.append(&mut plan)?;
     if let Some(color) = color_stage(job) {
-        color.append(&mut plan, job)?;
+        color.append(&mut plan)?;
     }
     let size = NATIVE_SIZE.map(|extent| u32::try_from(extent).unwrap_or(0));
     let low = u64::from(size[0]) * u64::from(size[1]);

@@ -35,7 +35,7 @@ impl Stage for SpatialMedian {
         plan.step(SPATIAL_MEDIAN, Invocations::area(job.depth.width, job.depth.height), &[])
     }
 
-    fn write(&self, moment: &Moment<'_>, input: &mut FrameInput<'_>) -> Result<()> {
+    fn write(&self, _moment: &Moment<'_>, input: &mut FrameInput<'_>) -> Result<()> {
         let camera = self.job.depth;
         let params = SpatialMedianParams { width: camera.width, height: camera.height };
         input.set("spatial_median_params", &params)

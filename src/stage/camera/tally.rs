@@ -47,7 +47,7 @@ impl Stage for Tally {
         plan.step(TALLY, Invocations::line(INVOCATIONS), &[])
     }
 
-    fn write(&self, moment: &Moment<'_>, input: &mut FrameInput<'_>) -> Result<()> {
+    fn write(&self, _moment: &Moment<'_>, input: &mut FrameInput<'_>) -> Result<()> {
         let job = &self.job;
         let params = TallyParams {
             strips: job.strips(),

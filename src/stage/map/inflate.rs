@@ -127,7 +127,7 @@ impl Stage for Inflate {
         plan.step(COLUMNS, Invocations::line(side * quads), &[])
     }
 
-    fn write(&self, moment: &Moment<'_>, input: &mut FrameInput<'_>) -> Result<()> {
+    fn write(&self, _moment: &Moment<'_>, input: &mut FrameInput<'_>) -> Result<()> {
         let side = self.job.side;
         let words = side.div_ceil(32);
         let (radius, quads) = (radius_cells(&self.job.config), side.div_ceil(4));

@@ -47,7 +47,7 @@ impl Stage for PlanMap {
         plan.with(&[("keep_layers", job.layers)])
     }
 
-    fn write(&self, moment: &Moment<'_>, input: &mut FrameInput<'_>) -> Result<()> {
+    fn write(&self, _moment: &Moment<'_>, input: &mut FrameInput<'_>) -> Result<()> {
         let job = &self.job;
         let params = PlanMapParams {
             side: job.side,
