@@ -5,8 +5,9 @@
 use std::path::PathBuf;
 
 use limpid::config::Method;
-use limpid::frame::Options;
-use limpid::offline::bench::{bench, frames};
+use limpid::input::{CameraSource, Source as _};
+use limpid::mapper::{Options, SensorInfo};
+use limpid::offline::bench::{bench, observations};
 use limpid::{Config, Result};
 
 const SAMPLES: usize = 60;
@@ -15,13 +16,17 @@ fn main() -> Result<()> {
     let input = std::env::args().skip(1).find(|argument| !argument.starts_with("--"));
     let input = PathBuf::from(input.unwrap_or_else(|| "testdata/room.mcap".into()));
     let config = Config::default();
-    let frames = frames(limpid::input::open(&input, &config)?.as_mut(), SAMPLES)?;
+    let mut source = CameraSource::new(limpid::input::open(&input, &config)?, &config)?;
+    let sensors = source.sensors().to_vec();
+    let frames = observations(&mut source, SAMPLES)?;
     println!("{} frames of {}", frames.len(), input.display());
-    let options = Options::default().with_color_of(frames.iter());
-    let drm = options.color.map(|_| Method::Drm);
+    let colored = |sensor: &SensorInfo| matches!(&sensor.model, limpid::sensor::SensorModel::Camera(info) if info.color.is_some());
+    let drm = sensors.iter().all(colored).then_some(Method::Drm);
     for method in [Method::Range, Method::Naive, Method::Median, Method::Temporal].into_iter().chain(drm) {
         let config = Config { method, ..config.clone() };
-        println!("\n{}", bench(&config, &options, &frames, SAMPLES)?.table());
+        let of = |sensor: &SensorInfo| SensorInfo { config: config.clone(), ..sensor.clone() };
+        let sensors: Vec<_> = sensors.iter().map(of).collect();
+        println!("\n{}", bench(&config, &sensors, &Options::default(), &frames, SAMPLES)?.table());
     }
     Ok(())
 }

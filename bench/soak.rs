@@ -1,16 +1,16 @@
 //! Is memory flat over 10,000 frames? `cargo bench --bench soak [-- FRAMES] [drm]`
 //!
 //! Method range, or with `drm` that one.
-//! One pipeline; the recording is opened, decoded and written out anew every 30 frames, so that readers
+//! One mapper; the recording is opened, decoded and written out anew every 30 frames, so that readers
 //! and writers are soaked too. Fails where host memory or any GPU count grows after the first tenth.
 
 use std::path::Path;
 
 use limpid::config::Method;
-use limpid::frame::{FrameOutput, Options};
+use limpid::input::{CameraSource, Source as _};
+use limpid::mapper::{Mapper, Options, Submitted};
 use limpid::output::{McapSink, Sink};
-use limpid::pipeline::Pipeline;
-use limpid::sensor::RgbdFrame;
+use limpid::sensor::Observation;
 use limpid::{Config, Error, Result};
 
 /// Growth of resident memory that counts as flat: allocators keep some pages back.
@@ -26,8 +26,8 @@ struct Memory {
     bind_groups: isize,
 }
 
-fn measure(pipeline: &Pipeline) -> Memory {
-    let hal = pipeline.executor().context().counters().hal;
+fn measure(mapper: &Mapper) -> Memory {
+    let hal = mapper.context().counters().hal;
     let statm = std::fs::read_to_string("/proc/self/statm").unwrap_or_default();
     let pages = statm.split(' ').nth(1).and_then(|pages| pages.parse::<u64>().ok()).unwrap_or(0);
     Memory {
@@ -40,26 +40,28 @@ fn measure(pipeline: &Pipeline) -> Memory {
 }
 
 /// One round through the recording into a file that is written anew.
-fn round(pipeline: &mut Pipeline, input: &Path, config: &Config, output: &Path) -> Result<u64> {
-    let mut recording = limpid::input::open(input, config)?;
-    let mut sink = McapSink::create(output, config)?;
-    let mut under_way: Vec<RgbdFrame> = Vec::new();
+fn round(mapper: &mut Mapper, input: &Path, config: &Config, output: &Path) -> Result<u64> {
+    let mut source = CameraSource::new(limpid::input::open(input, config)?, config)?;
+    let mut sink = McapSink::create(output, config, &["camera".into()])?;
+    let mut under_way: Vec<Observation> = Vec::new();
     let mut frames = 0;
-    let mut take = |pipeline: &mut Pipeline, under_way: &mut Vec<RgbdFrame>| -> Result<()> {
-        let result: Option<FrameOutput> = pipeline.receive()?;
+    let mut take = |mapper: &mut Mapper, under_way: &mut Vec<Observation>| -> Result<()> {
+        let update = mapper.wait()?;
         let frame = under_way.remove(0);
         frames += 1;
-        result.map_or(Ok(()), |result| sink.write(&frame, &result))
+        update.map_or(Ok(()), |update| sink.write(&update, Some(&frame)))
     };
-    while let Some(frame) = recording.next_frame()? {
-        if pipeline.is_full() {
-            take(pipeline, &mut under_way)?;
+    while let Some(frame) = source.next()? {
+        while mapper.is_full(0) {
+            take(mapper, &mut under_way)?;
         }
-        pipeline.submit(&frame)?;
+        if let Submitted::Refused(reason) = mapper.submit(&frame)? {
+            return Err(Error::Input { what: "testdata/room.mcap".into(), reason: reason.to_string() });
+        }
         under_way.push(frame);
     }
     while !under_way.is_empty() {
-        take(pipeline, &mut under_way)?;
+        take(mapper, &mut under_way)?;
     }
     sink.finish()?;
     Ok(frames)
@@ -71,28 +73,26 @@ fn main() -> Result<()> {
     let output = std::env::temp_dir().join(format!("limpid-soak-{}.mcap", std::process::id()));
     let drm = std::env::args().any(|argument| argument == "drm");
     let config = Config { method: if drm { Method::Drm } else { Method::Range }, ..Config::default() };
-    let first = limpid::input::open(input, &config)?.next_frame()?;
-    let first = first.ok_or_else(|| Error::Empty { reason: "testdata/room.mcap is empty".into() })?;
+    let source = CameraSource::new(limpid::input::open(input, &config)?, &config)?;
     let options = Options { images: true, layers: true, ..Options::default() };
-    let options = options.with_color_of(std::iter::once(&first));
-    let mut pipeline = Pipeline::open(&config, &first, &options)?;
-    println!("{}", pipeline.executor().context().describe());
+    let mut mapper = Mapper::open(&config, source.sensors(), &options)?;
+    println!("{}", mapper.context().describe());
     println!("| frames | resident KiB | GPU buffers | GPU bytes | GPU allocations | bind groups |");
     println!("|---|---|---|---|---|---|");
     let (mut done, mut settled, mut next_row) = (0, None, 0);
     while done < wanted {
         if done >= next_row {
-            let now = measure(&pipeline);
+            let now = measure(&mapper);
             print_row(done, now);
             if done >= wanted / 10 {
                 settled.get_or_insert(now);
             }
             next_row += wanted.div_ceil(10);
         }
-        done += round(&mut pipeline, input, &config, &output)?;
+        done += round(&mut mapper, input, &config, &output)?;
     }
     std::fs::remove_file(&output).map_err(Error::file(&output))?;
-    let end = measure(&pipeline);
+    let end = measure(&mapper);
     print_row(done, end);
     judge(settled.unwrap_or(end), end)
 }

@@ -5,10 +5,10 @@ use std::sync::Arc;
 use limpid::config::Method;
 use limpid::gpu::arena::{Kind, Layout};
 use limpid::gpu::{Access, BufferId, Invocations, Plan, Requirements, ShaderSource};
+use limpid::mapper;
 use limpid::network::Backend;
 use limpid::network::weights::Network;
-use limpid::pipeline;
-use limpid::stage::Job;
+use limpid::stage::CameraJob;
 use limpid::stage::camera::drm::Drm;
 use proptest::prelude::*;
 
@@ -320,14 +320,19 @@ proptest! {
 #[test]
 fn the_default_job_is_packed_right() {
     let job = job(&small_map(), tiny_camera());
-    let plan = pipeline::plan(&job, &pipeline::stages(&job)).unwrap();
+    let plan = camera_plan(&job);
     assert_packed(&plan, &Layout::pack(&plan, 64), 64);
+}
+
+fn camera_plan(job: &CameraJob) -> Plan {
+    let job = Arc::new(job.clone());
+    mapper::camera_plan(&job, &mapper::camera_stages(&job)).unwrap()
 }
 
 /// The table of passes that the README shows between markers of that name.
 #[track_caller]
-fn assert_readme_shows(marker: &str, job: &Job) {
-    let table = pipeline::plan(job, &pipeline::stages(job)).unwrap().table();
+fn assert_readme_shows(marker: &str, job: &CameraJob) {
+    let table = camera_plan(job).table();
     let readme =
         std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/README.md")).unwrap_or_default();
     let shown = readme.split(&format!("<!-- {marker} -->")).nth(1).unwrap_or_default();
@@ -350,7 +355,7 @@ fn the_readme_shows_the_passes_of_method_drm_on_a_gpu() {
     let network = Arc::new(Network::from_bytes(include_bytes!("../weights/drm-net.safetensors")).unwrap());
     let drm = Drm { network, backend: Backend { textures: false, subgroups: true } };
     let camera = tiny_camera();
-    let job = Job { drm: Some(drm), color: Some(camera), color_aligned: true, ..job(&config, camera) };
+    let job = CameraJob { drm: Some(drm), color: Some(camera), color_aligned: true, ..job(&config, camera) };
     assert_readme_shows("drm passes", &job);
 }
 

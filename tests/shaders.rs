@@ -6,10 +6,10 @@ use std::sync::Arc;
 
 use limpid::config::{Config, Method};
 use limpid::gpu::{Context, Executor, Shader, ShaderSource, ShaderText};
+use limpid::mapper;
 use limpid::network::weights::Network;
 use limpid::network::{Backend, all_kernels};
 use limpid::sensor::CameraModel;
-use limpid::stage::Job;
 use limpid::stage::camera::drm::Drm;
 use limpid::stage::camera::{align_color, back_project, ingest, register_color};
 use limpid::stage::camera::{see_through, spatial_median, tally, update, weigh};
@@ -18,6 +18,7 @@ use limpid::stage::map::trajectory_cost;
 use limpid::stage::map::{goal_inflation, plan_map};
 use limpid::stage::map::{inflate, move_window};
 use limpid::stage::targets;
+use limpid::stage::{CameraJob, LidarJob};
 use limpid::{Error, pipeline};
 
 use crate::sim::small_room;
@@ -81,22 +82,27 @@ fn drm() -> Drm {
 }
 
 /// Jobs that together use every pass.
-fn jobs() -> Vec<Job> {
+fn jobs() -> Vec<CameraJob> {
     let plain = job(&small_map(), tiny_camera());
     let median = Config { method: Method::Median, ..small_map() };
     let color = CameraModel { width: 64, ..tiny_camera() };
     vec![
         plain.clone(),
-        Job { confidence: true, images: true, color: Some(color), ..job(&median, tiny_camera()) },
-        Job { drm: Some(drm()), color: Some(color), ..plain.clone() },
-        Job { color: Some(tiny_camera()), color_aligned: true, ..plain.clone() },
-        Job { layers: false, float_depth: false, ..plain },
+        CameraJob { confidence: true, images: true, color: Some(color), ..job(&median, tiny_camera()) },
+        CameraJob { drm: Some(drm()), color: Some(color), ..plain.clone() },
+        CameraJob { color: Some(tiny_camera()), color_aligned: true, ..plain.clone() },
+        CameraJob { layers: false, float_depth: false, ..plain },
     ]
 }
 
+fn camera_plan(job: &CameraJob) -> limpid::gpu::Plan {
+    let job = Arc::new(job.clone());
+    mapper::camera_plan(&job, &mapper::camera_stages(&job)).unwrap()
+}
+
 /// A job of the lidar path.
-fn scan_job() -> limpid::lidar::ScanJob {
-    limpid::lidar::ScanJob {
+fn scan_job() -> LidarJob {
+    LidarJob {
         config: Config::default(),
         capacity: 1000,
         full_scale: 255.0,
@@ -104,15 +110,16 @@ fn scan_job() -> limpid::lidar::ScanJob {
         deskew: true,
         layers: true,
         glass: None,
+        side: 200,
     }
 }
 
 /// The same with glass.
-fn glass_job() -> limpid::lidar::ScanJob {
+fn glass_job() -> LidarJob {
     let (scan, _) = GlassRoom::default().scan();
     let grid = limpid::sensor::BeamGrid::of_scan(&scan).unwrap();
     let glass = limpid::stage::glass::Glass { grid, load: limpid::map::PaneSet::default() };
-    limpid::lidar::ScanJob { glass: Some(glass), ..scan_job() }
+    LidarJob { glass: Some(glass), ..scan_job() }
 }
 
 #[test]
@@ -135,15 +142,15 @@ fn every_shader_parses_and_every_file_is_reached() {
 
 #[test]
 fn every_pass_is_in_a_plan_that_fits() {
-    let mut plans: Vec<_> =
-        jobs().iter().map(|job| pipeline::plan(job, &pipeline::stages(job)).unwrap()).collect();
+    let mut plans: Vec<_> = jobs().iter().map(camera_plan).collect();
     plans.push(limpid::sim::simulator::plan(&small_room()).unwrap());
     for scans in [scan_job(), glass_job()] {
-        plans.push(limpid::lidar::pipeline::plan(&scans, &limpid::lidar::pipeline::stages(&scans)).unwrap());
+        let job = Arc::new(scans);
+        plans.push(mapper::lidar_plan(&job, &mapper::lidar_stages(&job)).unwrap());
     }
     plans.push(limpid::offline::score::velocity_plan(20, 5, 30).unwrap());
-    let colored = Job { color: Some(tiny_camera()), ..job(&small_map(), tiny_camera()) };
-    plans.push(limpid::offline::targets::plan(&colored, &targets::Rule::default(), true).unwrap());
+    let colored = CameraJob { color: Some(tiny_camera()), ..job(&small_map(), tiny_camera()) };
+    plans.push(limpid::offline::targets::plan(&Arc::new(colored), &targets::Rule::default(), true).unwrap());
     for source in all() {
         let used = plans.iter().flat_map(|plan| plan.steps()).any(|step| step.shader.name == source.name);
         assert!(used, "`{}` is in no plan", source.name);
@@ -201,14 +208,14 @@ fn frames_allocate_nothing() {
     };
     let mut pipeline = open(&small_map(), &frame(0));
     (0..4).for_each(|index| drop(step(&mut pipeline, &frame(index))));
-    let before = objects(pipeline.executor().context());
+    let before = objects(pipeline.mapper.context());
     assert!(before[0] > 5 && before[1] > 100_000 && before[4] >= 9, "{before:?}");
     (4..54).for_each(|index| drop(step(&mut pipeline, &frame(index))));
-    assert_eq!(objects(pipeline.executor().context()), before);
+    assert_eq!(objects(pipeline.mapper.context()), before);
     // The control: a second executor on the same device shows in buffers and bind groups; its programs are those that there are.
     let job = job(&small_map(), tiny_camera());
-    let plan = pipeline::plan(&job, &pipeline::stages(&job)).unwrap();
-    let second = Executor::build(pipeline.executor().context(), plan).unwrap();
+    let plan = camera_plan(&job);
+    let second = Executor::build(pipeline.mapper.context(), plan).unwrap();
     let after = objects(second.context());
     assert!([0, 1, 2].iter().all(|&i| after[i] > before[i]), "{before:?} {after:?}");
     assert_eq!(after[4], before[4], "compiled once");

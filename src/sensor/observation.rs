@@ -52,7 +52,7 @@ pub struct Sweep {
 #[derive(Debug, Clone, PartialEq)]
 pub enum SensorData {
     /// Of a camera.
-    Frame(RgbdFrame),
+    Frame(Box<RgbdFrame>),
     /// Of a lidar; its points are in the lidar's frame.
     Scan(Scan),
 }
@@ -80,7 +80,13 @@ impl Observation {
             base_from_sensor: pose.base_from_camera,
             sweep: None,
         });
-        Self { sensor, pose, map_frame: map_frame.into(), goal_m: None, data: SensorData::Frame(frame) }
+        Self {
+            sensor,
+            pose,
+            map_frame: map_frame.into(),
+            goal_m: None,
+            data: SensorData::Frame(Box::new(frame)),
+        }
     }
 
     /// Number in its source, counted for each sensor from 0: of the depth image, or of the scan.

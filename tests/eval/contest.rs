@@ -1,10 +1,10 @@
 //! The methods side by side on an analytic scene.
 
+use crate::support::run::Pipeline;
 use limpid::Config;
 use limpid::base::Rigid;
 use limpid::config::{Fusion, Method};
 use limpid::offline::eval::{Contest, contestants};
-use limpid::pipeline::Pipeline;
 use limpid::sensor::{ColorImage, RgbdFrame};
 
 use crate::support::gpu::skipped;
@@ -69,7 +69,7 @@ fn both_fusions_get_what_they_would_alone() {
         let reliability = &weight.images.as_ref().unwrap().reliability;
         assert_eq!(&drm_gate.images().unwrap().reliability, reliability);
         // Gated evidence is 0, 1 or none; weighted evidence is the mean reliability.
-        let evidence = |out: &limpid::frame::FrameOutput| out.layers.as_ref().unwrap().evidence.clone();
+        let evidence = |out: &crate::support::run::FrameOutput| out.layers.as_ref().unwrap().evidence.clone();
         assert!(evidence(&gate).iter().all(|&e| [-1.0, 0.0, 1.0].contains(&e)));
         assert!(evidence(&weight).iter().any(|&e| e > 0.0 && e < 0.999));
         differ |= weight.costmap != gate.costmap;

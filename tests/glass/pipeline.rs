@@ -1,11 +1,12 @@
 //! Glass within the lidar path: the map, what is written, panes from a file.
 
+use crate::support::scan::{ScanFrame, ScanOptions, ScanOutput, ScanPipeline};
 use glam::{DQuat, DVec3};
 use limpid::Config;
 use limpid::base::Rigid;
 use limpid::input::points;
 use limpid::input::points::Options;
-use limpid::lidar::{CellClass, ScanFrame, ScanOptions, ScanOutput, ScanPipeline, ScanPose, Sweep};
+use limpid::map::CellClass;
 use limpid::map::PaneSet;
 use limpid::map::clean::cleaned;
 use limpid::map::glass::PointClass;
@@ -13,6 +14,7 @@ use limpid::map::pane_file::{panes_to_yaml, read_panes};
 use limpid::offline::labeller::Labeller;
 use limpid::output::{ScanMcapSink, ScanPngSink, Sink};
 use limpid::sensor::Scan;
+use limpid::sensor::{SensorPose, Sweep};
 use limpid::stage::glass::MOST_POINTS;
 
 use super::memory::blind;
@@ -26,7 +28,7 @@ fn config() -> Config {
 
 fn frame(scan: Scan, room: &GlassRoom) -> ScanFrame {
     let map_from_base = Rigid { rotation: DQuat::from_rotation_z(room.yaw), translation_m: room.sensor_m };
-    let pose = ScanPose { map_from_base, base_from_lidar: Rigid::IDENTITY, sweep: None };
+    let pose = SensorPose { map_from_base, base_from_sensor: Rigid::IDENTITY, sweep: None };
     ScanFrame { scan, map_frame: "map".into(), pose: Some(pose), goal_m: None }
 }
 
@@ -92,7 +94,7 @@ fn truth_a_pane_of_a_moving_scan_is_placed_by_the_pose_at_the_stamp() {
     frame.scan.columns.time = true;
     frame.scan.points[0].time_s = -0.1;
     let pose = frame.pose.as_mut().unwrap();
-    let map_from_last = pose.map_from_lidar();
+    let map_from_last = pose.map_from_sensor();
     let translation_m = map_from_last.translation_m - DVec3::X;
     let map_from_first = Rigid { translation_m, ..map_from_last };
     pose.sweep = Some(Sweep { first_s: -0.1, last_s: 0.0, map_from_first, map_from_last });
@@ -126,7 +128,7 @@ fn truth_a_pane_high_above_the_ground_is_not_in_the_way() {
     assert!(!glass(&deep, &frames), "it begins 3.1 m above the ground");
     // Without poses the ground is not known.
     let room = GlassRoom { yaw: 0.0, sensor_m: DVec3::ZERO, ..GlassRoom::default() };
-    let still = ScanFrame { pose: Some(ScanPose::SENSOR), ..frame(room.scan().0, &room) };
+    let still = ScanFrame { pose: Some(SensorPose::SENSOR), ..frame(room.scan().0, &room) };
     assert!(glass(&deep, &[still]));
 }
 
@@ -248,7 +250,7 @@ fn panes_from_a_file_label_a_scan_that_shows_none() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("panes.yaml");
     let first = &run(&config(), &frames(1), 1)[0];
-    let map_from_lidar = first.map_from_base.then(first.base_from_lidar);
+    let map_from_lidar = first.map_from_base.then(first.base_from_sensor);
     let found = &first.glass.as_ref().unwrap().panes;
     let panes = PaneSet::of_scan(found, map_from_lidar);
     std::fs::write(&path, panes_to_yaml(&panes)).unwrap();

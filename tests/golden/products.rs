@@ -2,12 +2,12 @@
 
 use std::path::Path;
 
+use crate::support::run::{FrameOutput, Options};
+use crate::support::scan::{ScanOptions, ScanOutput};
 use limpid::Config;
-use limpid::base::Rigid;
-use limpid::frame::{FrameOutput, Options};
-use limpid::input::{PosedScans, open};
-use limpid::lidar::{ScanOptions, ScanOutput, run_scans};
-use limpid::map::Grid;
+use limpid::input::{CameraSource, LidarSource, PosedScans, open};
+use limpid::map::{Grid, Update};
+use limpid::mapper::Options;
 use limpid::run::run;
 
 /// One product of one frame; those of later frames come later.
@@ -32,19 +32,21 @@ pub(super) fn fnv1a(parts: &[&[u8]]) -> u64 {
 pub(super) fn camera_case(path: &Path, yaml: &str, frames: u64) -> Vec<Product> {
     let config = Config::from_yaml(yaml).unwrap();
     let options = Options { images: true, layers: true, ..Options::default() };
-    let mut recording = open(path, &config).unwrap();
+    let mut source = CameraSource::new(open(path, &config).unwrap(), &config).unwrap();
     let mut products = Vec::new();
-    let mut add = |out: &FrameOutput| {
+    let mut add = |update: &Update| {
+        let out = update.camera().unwrap();
         let (layers, images) = (out.layers.as_ref().unwrap(), out.images.as_ref().unwrap());
+        let map = update.map.as_ref().unwrap();
         let c = out.counters;
         let counts = [c.pixels, c.valid, c.low_reliability, c.hits, c.hit_cells, c.seen_through_cells];
         let states = [c.occupied_cells, c.free_cells, out.degraded.into()];
         let grids = [&layers.evidence, &layers.occupancy, &layers.occupied];
         let color = images.color.as_deref().unwrap_or_default();
         products.extend([
-            moment(out.index, out.stamp_ns, &out.grid),
-            pose(out.map_from_base, out.base_from_camera),
-            Product::new("costmap", &[&out.costmap]),
+            moment(update, &map.grid),
+            pose(update),
+            Product::new("costmap", &[&map.costmap]),
             Product::new("layers", &grids.map(|grid| bytemuck::cast_slice(grid))),
             Product::new("counters", &[bytemuck::cast_slice(&counts), bytemuck::cast_slice(&states)]),
             Product::new("depth", &[bytemuck::cast_slice(&images.depth_m)]),
@@ -52,24 +54,25 @@ pub(super) fn camera_case(path: &Path, yaml: &str, frames: u64) -> Vec<Product> 
             Product::new("color", &[color]),
         ]);
     };
-    run(&mut *recording, 0..frames, &config, &options, &mut [], &mut add).unwrap();
+    run(&mut source, 0..frames, &config, &options, &mut [], &mut add).unwrap();
     products
 }
 
 /// What a lidar's first `scans` scans give with a configuration in YAML.
 pub(super) fn lidar_case(path: &Path, yaml: &str, scans: u64) -> Vec<Product> {
     let config = Config::from_yaml(yaml).unwrap();
-    let options = ScanOptions { layers: true, ..ScanOptions::default() };
-    let mut recording = PosedScans::open(path, &config).unwrap();
+    let options = Options { layers: true, ..Options::default() };
+    let mut source = LidarSource::new(PosedScans::open(path, &config).unwrap(), &config).unwrap();
     let mut products = Vec::new();
-    let mut add = |out: &ScanOutput| {
+    let mut add = |update: &Update| {
+        let (out, map) = (update.lidar().unwrap(), update.map.as_ref().unwrap());
         let grids = &out.layers.as_ref().unwrap().grids;
         let grids: Vec<&[u8]> = grids.iter().map(|(_, values)| bytemuck::cast_slice(values)).collect();
         products.extend([
-            moment(out.index, out.stamp_ns, &out.grid),
-            pose(out.map_from_base, out.base_from_lidar),
-            Product::new("costmap", &[&out.costmap]),
-            Product::new("classes", &[&out.classes]),
+            moment(update, &map.grid),
+            pose(update),
+            Product::new("costmap", &[&map.costmap]),
+            Product::new("classes", &[&map.classes]),
             Product::new("layers", &grids),
         ]);
         if let Some(glass) = &out.glass {
@@ -79,19 +82,19 @@ pub(super) fn lidar_case(path: &Path, yaml: &str, scans: u64) -> Vec<Product> {
             products.push(Product::new("panes", &[bytemuck::cast_slice(&glass.panes)]));
         }
     };
-    run_scans(&mut recording, 0..scans, &config, &options, &mut [], &mut add).unwrap();
+    run(&mut source, 0..scans, &config, &options, &mut [], &mut add).unwrap();
     products
 }
 
 /// Number and stamp of a frame, and where its grids lie.
-fn moment(index: u64, stamp_ns: u64, grid: &Grid) -> Product {
-    let numbers = [index, stamp_ns, grid.width.into(), grid.height.into()];
+fn moment(update: &Update, grid: &Grid) -> Product {
+    let numbers = [update.index, update.stamp_ns, grid.width.into(), grid.height.into()];
     let places = [grid.origin_x_m, grid.origin_y_m, grid.resolution_m];
     Product::new("moment", &[bytemuck::cast_slice(&numbers), bytemuck::cast_slice(&places)])
 }
 
-fn pose(map_from_base: Rigid, base_from_sensor: Rigid) -> Product {
-    let numbers = [map_from_base, base_from_sensor]
+fn pose(update: &Update) -> Product {
+    let numbers = [update.map_from_base, update.base_from_sensor]
         .map(|rigid| (rigid.translation_m.to_array(), rigid.rotation.to_array()));
     let [(a, b), (c, d)] = &numbers;
     let parts: [&[f64]; 4] = [a, b, c, d];

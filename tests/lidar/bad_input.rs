@@ -1,10 +1,13 @@
 //! Scans that are empty, too large, without what is asked for, or not numbers.
 
+use crate::support::scan::{ScanFrame, ScanOptions, ScanPipeline};
 use glam::{DQuat, DVec3};
 use limpid::base::Rigid;
 use limpid::config::PlaneSource;
-use limpid::lidar::{CellClass, MAX_POINTS, ScanFrame, ScanOptions, ScanPipeline, ScanPose};
+use limpid::map::CellClass;
+use limpid::mapper::MAX_POINTS;
 use limpid::sensor::Point;
+use limpid::sensor::SensorPose;
 use limpid::{Config, Error};
 
 use crate::support::gpu::skipped;
@@ -114,7 +117,7 @@ fn a_pose_that_jumps_is_counted_and_the_scan_is_used() {
     let frame = |index: u64, x_m: f64, turned_deg: f64| {
         let rotation = DQuat::from_rotation_z(turned_deg.to_radians());
         let map_from_base = Rigid { rotation, translation_m: DVec3::new(x_m, 0.0, 0.0) };
-        let pose = ScanPose { map_from_base, base_from_lidar: Rigid::IDENTITY, sweep: None };
+        let pose = SensorPose { map_from_base, base_from_sensor: Rigid::IDENTITY, sweep: None };
         posed(scan(index, vec![point([1.05, 1.05, 0.2], 255.0)]), pose)
     };
     // At 10 Hz 1 m and 36 degrees a scan are the most; a scan that repeats the stamp, or goes back, has as much.

@@ -2,11 +2,13 @@
 
 use std::f64::consts::PI;
 
+use crate::support::scan::{ScanFrame, ScanOutput};
 use glam::{DQuat, DVec3};
 use limpid::Config;
 use limpid::base::Rigid;
-use limpid::lidar::{CellClass, ScanFrame, ScanOutput, ScanPose};
+use limpid::map::CellClass;
 use limpid::sensor::Point;
+use limpid::sensor::SensorPose;
 
 use crate::support::gpu::skipped;
 use crate::support::scan::{grid, open, point, posed, scan, step};
@@ -15,14 +17,14 @@ fn config() -> Config {
     Config { scan_map_size_m: 8.0, transparent_threshold: 0.05, ..Config::default() }
 }
 
-fn pose(x: f64, y: f64, yaw: f64) -> ScanPose {
+fn pose(x: f64, y: f64, yaw: f64) -> SensorPose {
     let map_from_base = Rigid { rotation: DQuat::from_rotation_z(yaw), translation_m: DVec3::new(x, y, 0.0) };
-    ScanPose { map_from_base, base_from_lidar: Rigid::IDENTITY, sweep: None }
+    SensorPose { map_from_base, base_from_sensor: Rigid::IDENTITY, sweep: None }
 }
 
 /// The lidar at `pose` before a pane at x = 2 m: ring 1, horizontal, sees a patch of it; ring 0, below, does not. All around
 /// stand dim posts.
-fn frame(index: u64, pose: ScanPose, sees_pane: bool) -> ScanFrame {
+fn frame(index: u64, pose: SensorPose, sees_pane: bool) -> ScanFrame {
     let mut in_map = Vec::new();
     if sees_pane {
         in_map.extend((-3..=3).map(|step| ([2.05, 0.1 * f64::from(step) + 0.05, 0.0], 60.0, 1)));
@@ -31,7 +33,7 @@ fn frame(index: u64, pose: ScanPose, sees_pane: bool) -> ScanFrame {
         let angle = f64::from(post) * PI / 20.0;
         ([3.4 * angle.cos() + 0.003, 3.4 * angle.sin() + 0.003, 0.2], 50.0, 2)
     }));
-    let lidar_from_map = pose.map_from_lidar().inverse();
+    let lidar_from_map = pose.map_from_sensor().inverse();
     let points = in_map.into_iter().map(|(at, intensity, ring)| {
         let at = lidar_from_map.transform_point(DVec3::from_array(at));
         Point { ring, ..point(at.to_array(), intensity) }

@@ -61,7 +61,7 @@ fn compare_with(number: usize, recording: &Path, config: &str) {
     let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("testdata/config").join(config);
     let config = Config { static_transforms: Vec::new(), ..Config::read(&example).unwrap() };
     let mut scans = PosedScans::open(recording, &config).unwrap();
-    let first = scans.next_frame().unwrap().unwrap();
+    let first = scans.next_observation().unwrap().map(ScanFrame::from).unwrap();
     let out = run_one(&config, &first);
     let (side, values, classes, costs) = reference(number);
     assert_eq!(out.grid.width as usize, side);

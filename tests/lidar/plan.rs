@@ -2,7 +2,7 @@
 
 use limpid::Config;
 use limpid::config::LayerMeasure;
-use limpid::lidar::CellClass;
+use limpid::map::CellClass;
 
 use crate::support::gpu::skipped;
 use crate::support::scan::{cell, grid, point, run_one, scan, still};

@@ -2,13 +2,15 @@
 
 use std::path::Path;
 
+use crate::support::scan::{ScanFrame, ScanOutput};
 use glam::{DQuat, DVec3};
 use limpid::Config;
 use limpid::base::Rigid;
 use limpid::config::StaticTransform;
 use limpid::input::PosedScans;
-use limpid::lidar::{CellClass, ScanFrame, ScanOutput, ScanPose};
+use limpid::map::CellClass;
 use limpid::output::save_scan;
+use limpid::sensor::SensorPose;
 use limpid::sensor::{Columns, Point, Scan};
 
 use crate::support::data_dir;
@@ -20,7 +22,7 @@ fn save(folder: &Path, name: &str, scan: &Scan) {
 }
 
 fn first(path: &Path, config: &Config) -> ScanFrame {
-    PosedScans::open(path, config).unwrap().next_frame().unwrap().unwrap()
+    PosedScans::open(path, config).unwrap().next_observation().unwrap().unwrap().into()
 }
 
 #[test]
@@ -28,7 +30,7 @@ fn without_poses_the_map_is_the_lidar_s_own_frame() {
     let folder = tempfile::tempdir().unwrap();
     save(folder.path(), "a.ply", &scan(0, vec![Point { ring: 0, ..point([1.0, 0.0, 0.0], 9.0) }]));
     let frame = first(folder.path(), &Config { lidar_frame: "roof".into(), ..Config::default() });
-    assert_eq!((frame.map_frame.as_str(), frame.pose), ("roof", Some(ScanPose::SENSOR)));
+    assert_eq!((frame.map_frame.as_str(), frame.pose), ("roof", Some(SensorPose::SENSOR)));
 }
 
 #[test]
@@ -47,10 +49,10 @@ fn stated_transforms_place_the_scans_of_files() {
     let pose = frame.pose.unwrap();
     assert_eq!(frame.map_frame, "map");
     assert_eq!(pose.map_from_base.translation_m, DVec3::new(3.0, 0.0, 0.5));
-    assert_eq!(pose.map_from_lidar().translation_m, DVec3::new(3.25, 0.0, 1.0));
+    assert_eq!(pose.map_from_sensor().translation_m, DVec3::new(3.25, 0.0, 1.0));
     let unknown = Config { lidar_frame: "cellar".into(), ..config };
     let mut scans = PosedScans::open(folder.path(), &unknown).unwrap();
-    assert_eq!(scans.next_frame().unwrap().unwrap().pose, None);
+    assert_eq!(scans.next_observation().unwrap().unwrap().pose, None);
     assert!(scans.report().read.skipped[0].reason.contains("`cellar`"));
 }
 
@@ -59,9 +61,9 @@ fn three_d_ref_has_its_lidar_in_the_map() {
     let Some(path) = data_dir("lidar/3dref.mcap") else { return };
     let mut scans = PosedScans::open(&path, &Config::default()).unwrap();
     let mut poses = Vec::new();
-    while let Some(frame) = scans.next_frame().unwrap() {
+    while let Some(frame) = scans.next_observation().unwrap().map(ScanFrame::from) {
         assert_eq!(frame.map_frame, "map");
-        poses.push(frame.pose.unwrap().map_from_lidar().translation_m);
+        poses.push(frame.pose.unwrap().map_from_sensor().translation_m);
     }
     assert_eq!(poses.len(), 6);
     assert!((poses[0] - DVec3::new(0.042_454, -0.002_902, 0.261_928)).length() < 1e-5, "{:?}", poses[0]);
@@ -87,13 +89,13 @@ fn truth_a_revolution_on_the_move_is_deskewed() {
         .collect();
     let columns = Columns { time: true, ..Columns::default() };
     let scan = Scan { columns, ..scan(0, points) };
-    let sweep = limpid::lidar::Sweep {
+    let sweep = limpid::sensor::Sweep {
         first_s: 0.0,
         last_s: 0.1,
         map_from_first: moves(0.0),
         map_from_last: moves(1.0),
     };
-    let pose = ScanPose { sweep: Some(sweep), ..ScanPose::SENSOR };
+    let pose = SensorPose { sweep: Some(sweep), ..SensorPose::SENSOR };
     let frame = ScanFrame { scan, map_frame: "map".into(), pose: Some(pose), goal_m: None };
     let out = run_one(&Config::default(), &frame);
     let wall = |out: &ScanOutput| {

@@ -3,10 +3,10 @@
 use std::f64::consts::FRAC_PI_2;
 use std::process::Command;
 
+use crate::support::scan::ScanFrame;
 use glam::{DQuat, DVec2, DVec3};
 use limpid::Config;
 use limpid::input::PosedScans;
-use limpid::lidar::ScanFrame;
 use limpid::message::ros2::{
     OdometryPose, PointCloud2, PointField, Pose, PoseStamped, PoseWithCovariance, TFMessage, Vector3,
 };
@@ -62,7 +62,7 @@ fn record_odometry(recorder: &mut Recorder, ms: u64, child: &str, x: f64) {
 
 fn frames(saved: &Saved, config: &Config) -> Vec<ScanFrame> {
     let mut scans = PosedScans::open(&saved.path, config).unwrap();
-    std::iter::from_fn(|| scans.next_frame().unwrap()).collect()
+    std::iter::from_fn(|| scans.next_observation().unwrap().map(ScanFrame::from)).collect()
 }
 
 fn near(got: DVec3, want: [f64; 3]) -> bool {
@@ -112,7 +112,7 @@ fn odometry_moves_the_lidar() {
     assert_eq!(found[0].map_frame, "odom");
     let pose = found[0].pose.unwrap();
     assert!(near(pose.map_from_base.translation_m, [0.25, 0.0, 0.0]), "{pose:?}");
-    assert!(near(pose.map_from_lidar().translation_m, [0.45, 0.0, 1.0]), "{pose:?}");
+    assert!(near(pose.map_from_sensor().translation_m, [0.45, 0.0, 1.0]), "{pose:?}");
 }
 
 #[test]
@@ -133,7 +133,7 @@ fn odometry_takes_the_place_of_tf_s_own_transform() {
         record_cloud(&mut recorder, 25, 0.0);
         let saved = recorder.save();
         let mut scans = PosedScans::open(&saved.path, &config).unwrap();
-        let frame = scans.next_frame().unwrap().unwrap();
+        let frame = scans.next_observation().unwrap().map(ScanFrame::from).unwrap();
         let z = if child == "base_link" { 0.0 } else { 0.1 };
         let base_m = frame.pose.unwrap().map_from_base.translation_m;
         assert!(near(base_m, [0.25, 0.0, z]), "{child}: {base_m}");
@@ -222,7 +222,8 @@ fn bad_transforms_are_counted_and_a_jump_of_their_stamps_is_noted() {
     }
     let saved = recorder.save();
     let mut scans = PosedScans::open(&saved.path, &Config::default()).unwrap();
-    let found: Vec<ScanFrame> = std::iter::from_fn(|| scans.next_frame().unwrap()).collect();
+    let found: Vec<ScanFrame> =
+        std::iter::from_fn(|| scans.next_observation().unwrap().map(ScanFrame::from)).collect();
     let x_m: Vec<f64> = found.iter().map(|frame| frame.pose.unwrap().map_from_base.translation_m.x).collect();
     assert!((x_m[0] - 2.5).abs() < 1e-9 && (x_m[1] - 12.5).abs() < 1e-9, "{x_m:?}");
     let report = scans.report().read;

@@ -1,7 +1,7 @@
 //! Costs of trajectories.
 
+use crate::support::scan::ScanOutput;
 use limpid::Config;
-use limpid::lidar::ScanOutput;
 use limpid::offline::score::{Score, Scorer};
 
 use crate::support::gpu::skipped;

@@ -1,8 +1,8 @@
 //! Each bad input has its own error, and the map stays as it was and usable.
 
+use crate::support::run::Options;
+use crate::support::run::Pipeline;
 use glam::DVec3;
-use limpid::frame::Options;
-use limpid::pipeline::Pipeline;
 use limpid::sensor::CameraModel;
 use limpid::sensor::{ColorImage, DepthSamples, RgbdFrame};
 use limpid::{Config, Error};

@@ -1,8 +1,8 @@
 //! Same input, same adapter: the same bits, however many frames are under way.
 
+use crate::support::run::FrameOutput;
 use limpid::Config;
 use limpid::config::Method;
-use limpid::frame::FrameOutput;
 use limpid::sensor::{DepthSamples, RgbdFrame};
 
 use crate::support::gpu::skipped;

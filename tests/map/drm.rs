@@ -1,12 +1,12 @@
 //! Method drm through the whole pipeline: the reliability that weighs the map is the network's.
 
+use crate::support::run::Options;
+use crate::support::run::Pipeline;
 use limpid::Config;
 use limpid::base::Rigid;
 use limpid::config::Method;
-use limpid::frame::Options;
 use limpid::network::weights::{NATIVE_SIZE, Network};
 use limpid::network::{Backend, Inference};
-use limpid::pipeline::Pipeline;
 use limpid::sensor::{ColorImage, DepthSamples, RgbdFrame};
 
 use crate::reference;

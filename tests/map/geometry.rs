@@ -1,8 +1,8 @@
 //! Still scenes: occupied, free and unknown cells against geometry in f64.
 
+use crate::support::run::FrameOutput;
 use glam::DVec2;
 use limpid::Config;
-use limpid::frame::FrameOutput;
 use limpid::sensor::FramePose;
 
 use crate::reference::back_project::back_project;

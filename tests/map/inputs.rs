@@ -1,8 +1,8 @@
 //! Colour, calibrations and sizes that frames bring.
 
+use crate::support::run::Pipeline;
+use crate::support::run::{FrameOutput, Options};
 use limpid::base::Rigid;
-use limpid::frame::{FrameOutput, Options};
-use limpid::pipeline::Pipeline;
 use limpid::sensor::CameraModel;
 use limpid::sensor::{ColorImage, RgbdFrame};
 use limpid::{Config, Error};

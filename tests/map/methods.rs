@@ -131,8 +131,8 @@ fn only_the_costmap_is_read_back_unless_asked() {
         return;
     }
     let first = wall().frame(0, small_camera(), level());
-    let options = limpid::frame::Options::default();
-    let mut pipeline = limpid::pipeline::Pipeline::open(&Config::default(), &first, &options).unwrap();
+    let options = crate::support::run::Options::default();
+    let mut pipeline = crate::support::run::Pipeline::open(&Config::default(), &first, &options).unwrap();
     let out = crate::support::run::step(&mut pipeline, &first);
     assert!(out.layers.is_none() && out.images.is_none());
     let full = &run(&Config::default(), &[first])[0];

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use limpid::frame::FrameOutput;
+use crate::support::run::FrameOutput;
 use limpid::sensor::RgbdFrame;
 
 use crate::support::camera_job::{small_map, tiny_camera};

@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
+use crate::support::run::Options;
 use limpid::config::Method;
-use limpid::frame::Options;
 use limpid::input;
 use limpid::run::run;
 use limpid::sensor::DepthSamples;

@@ -5,7 +5,7 @@ use limpid::Config;
 use limpid::base::Rigid;
 use limpid::sensor::FramePose;
 use limpid::sensor::{CameraModel, Distortion};
-use limpid::stage::Job;
+use limpid::stage::CameraJob;
 
 use crate::support::scene::Scene;
 
@@ -27,8 +27,9 @@ pub(crate) fn small_map() -> Config {
     Config { map_size_m: 6.0, mark_range_m: 4.0, ..Config::default() }
 }
 
-pub(crate) fn job(config: &Config, depth: CameraModel) -> Job {
-    Job {
+pub(crate) fn job(config: &Config, depth: CameraModel) -> CameraJob {
+    CameraJob {
+        side: config.cells_per_side().unwrap(),
         config: config.clone(),
         depth,
         float_depth: true,

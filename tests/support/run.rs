@@ -1,18 +1,123 @@
-//! Runs a pipeline over frames, one at a time.
+//! Runs a mapper with one camera over frames, one at a time.
 
-use limpid::Config;
-use limpid::frame::{FrameOutput, Options};
-use limpid::pipeline::Pipeline;
-use limpid::sensor::{FramePose, RgbdFrame};
+use limpid::base::Rigid;
+use limpid::map::{Counters, FrameImages, FrameLayers, Grid, Update};
+use limpid::mapper::{self, Mapper, SensorInfo, Submitted};
+use limpid::sensor::{CameraInfo, CameraModel, FramePose, Observation, RgbdFrame};
+use limpid::{Config, Error, Result};
 
 use crate::support::scene::{Scene, small_camera};
+
+/// What a mapper with one camera is asked for.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Options {
+    pub(crate) adapter: Option<String>,
+    pub(crate) profiling: bool,
+    pub(crate) images: bool,
+    pub(crate) layers: bool,
+    /// Calibration of the colour images.
+    pub(crate) color: Option<CameraModel>,
+    pub(crate) color_aligned: bool,
+}
+
+impl Options {
+    /// With the colour calibration of the first of `frames` that has colour.
+    pub(crate) fn with_color_of<'a>(self, frames: impl Iterator<Item = &'a RgbdFrame>) -> Self {
+        let info = CameraInfo::of_frames(frames);
+        let color = info.and_then(|info| info.color);
+        Self { color, color_aligned: info.is_some_and(|info| info.color_aligned), ..self }
+    }
+}
+
+/// What came of a frame: the update of a camera and its map, side by side.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct FrameOutput {
+    pub(crate) index: u64,
+    pub(crate) stamp_ns: u64,
+    pub(crate) map_from_base: Rigid,
+    pub(crate) base_from_camera: Rigid,
+    pub(crate) grid: Grid,
+    pub(crate) costmap: Vec<u8>,
+    pub(crate) counters: Counters,
+    pub(crate) low_reliability_fraction: f64,
+    pub(crate) degraded: bool,
+    pub(crate) images: Option<FrameImages>,
+    pub(crate) layers: Option<FrameLayers>,
+}
+
+impl From<Update> for FrameOutput {
+    fn from(update: Update) -> Self {
+        let camera = update.camera().unwrap().clone();
+        let map = update.map.unwrap();
+        Self {
+            index: update.index,
+            stamp_ns: update.stamp_ns,
+            map_from_base: update.map_from_base,
+            base_from_camera: update.base_from_sensor,
+            grid: map.grid,
+            costmap: map.costmap,
+            counters: camera.counters,
+            low_reliability_fraction: camera.low_reliability_fraction,
+            degraded: camera.degraded,
+            images: camera.images,
+            layers: camera.layers,
+        }
+    }
+}
+
+/// A mapper with one camera.
+pub(crate) struct Pipeline {
+    pub(crate) mapper: Mapper,
+}
+
+impl Pipeline {
+    pub(crate) fn open(config: &Config, first: &RgbdFrame, options: &Options) -> Result<Self> {
+        let info = CameraInfo::of_frames([first]).unwrap();
+        let info = CameraInfo { color: options.color, color_aligned: options.color_aligned, ..info };
+        let asked = mapper::Options {
+            adapter: options.adapter.clone(),
+            profiling: options.profiling,
+            images: options.images,
+            layers: options.layers,
+        };
+        let mapper = Mapper::open(config, &[SensorInfo::camera(config, info)], &asked)?;
+        Ok(Self { mapper })
+    }
+
+    /// A refusal comes as an error of its text.
+    pub(crate) fn submit(&mut self, frame: &RgbdFrame) -> Result<()> {
+        submit(&mut self.mapper, &Observation::of_frame(0, "map", frame.clone()))
+    }
+
+    pub(crate) fn receive(&mut self) -> Result<Option<FrameOutput>> {
+        Ok(self.mapper.wait()?.map(Into::into))
+    }
+
+    pub(crate) fn is_full(&self) -> bool {
+        self.mapper.is_full(0)
+    }
+
+    pub(crate) fn executor(&self) -> &limpid::gpu::Executor {
+        self.mapper.executor(0).unwrap()
+    }
+}
+
+/// Submits an observation; a refusal comes as an error of its text.
+pub(crate) fn submit(mapper: &mut Mapper, observation: &Observation) -> Result<()> {
+    match mapper.submit(observation)? {
+        Submitted::Taken => Ok(()),
+        Submitted::Refused(reason) => {
+            Err(Error::Input { what: "refused".into(), reason: reason.to_string() })
+        }
+    }
+}
 
 /// Everything but colour read back.
 pub(crate) fn all() -> Options {
     Options { images: true, layers: true, ..Options::default() }
 }
 
-/// A pipeline for frames like `first`.
+/// A mapper for frames like `first`.
 pub(crate) fn open(config: &Config, first: &RgbdFrame) -> Pipeline {
     Pipeline::open(config, first, &all()).unwrap()
 }
