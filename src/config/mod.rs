@@ -19,7 +19,8 @@ pub use lidar::{InflationKernel, LayerMeasure, MAX_TALL_LAYERS, PlaneSource};
 pub const EXAMPLE: &str = include_str!("../../testdata/config/limpid.yaml");
 
 /// How depth becomes evidence (spec 1 §4).
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 #[serde(rename_all = "lowercase")]
 pub enum Method {
     /// `Drm` where frames come with colour and its calibration, else `Range`; a run says which it was.
