@@ -76,6 +76,14 @@ impl Parts {
         parts
     }
 
+    fn without_section(&self, name: &str) -> Error {
+        let reason = "is named by `sensors` and has no section";
+        match &self.sensors {
+            Some(list) => list.fault(name, reason),
+            None => bad_key(name, reason.into()),
+        }
+    }
+
     /// Every section has a sensor, and every sensor a section.
     fn check_sections(&self, names: &[String]) -> Result<()> {
         for section in &self.sections {
@@ -101,7 +109,7 @@ impl Parts {
                 );
             }
             if !self.sections.iter().any(|section| section.key == *name) {
-                return Err(bad_key(name, "is named by `sensors` and has no section".into()));
+                return Err(self.without_section(name));
             }
         }
         Ok(())
@@ -131,7 +139,7 @@ fn listed_names(entry: &Entry) -> Result<Vec<String>> {
 /// A sensor from its section, laid over what holds for all.
 fn sensor(name: &str, parts: &Parts, base: &Stated, nested: bool) -> Result<SensorConfig> {
     let Some(entry) = parts.sections.iter().find(|section| section.key == name) else {
-        return Err(bad_key(name, "is named by `sensors` and has no section".into()));
+        return Err(parts.without_section(name));
     };
     let Node::Section(entries) = &entry.node else { return Err(entry.fault(name, "is not a section")) };
     let kind = kind_of(name, entry, entries)?;

@@ -178,7 +178,7 @@ fn sections_and_the_list_of_sensors_must_fit() {
         ("sensors: [a]\na: {kind: sonar}", &["`a.kind`", "sonar", "camera and lidar"]),
         ("sensors: [a]\na: {depth_topic: /d}", &["`a`", "no `kind`"]),
         ("sensors: [a]\na:", &["`a`", "needs `kind: camera`"]),
-        ("sensors: [a, b]\na: {kind: camera}", &["`b`", "no section"]),
+        ("sensors: [a, b]\na: {kind: camera}", &["`b`", "no section", "line 1"]),
         (
             "sensors: [front]\nfront: {kind: camera}\nfrnt: {kind: camera}",
             &["`frnt`", "nearest", "`front`", "line 3"],
