@@ -27,4 +27,5 @@ test: setup
 check:
 	$(CARGO) fmt --check
 	$(CARGO) clippy --release --all-targets -- -D warnings
+	$(CARGO) check --release --no-default-features --lib
 	RUSTDOCFLAGS="-D warnings" $(CARGO) doc --release --no-deps

@@ -44,9 +44,23 @@ fn wrong_usage_and_wrong_configuration_exit_with_2() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("limpid.yaml");
     std::fs::write(&file, "taux: 0.3\n").unwrap();
-    fails(&limpid(&["run", ROOM, "-c", file.to_str().unwrap()]), 2, &["taux", "nearest key is `tau`"]);
+    let said = ["taux", "nearest key is `tau`", "line 1", "limpid.yaml"];
+    fails(&limpid(&["run", ROOM, "-c", file.to_str().unwrap()]), 2, &said);
+    std::fs::write(&file, "sensors: [front]\nfront: {kind: sonar}\n").unwrap();
+    let said = ["`front.kind`", "sonar", "line 2", "limpid.yaml"];
+    fails(&limpid(&["run", ROOM, "-c", file.to_str().unwrap()]), 2, &said);
+    std::fs::write(&file, "tau: [0.3\n").unwrap();
+    fails(&limpid(&["run", ROOM, "-c", file.to_str().unwrap()]), 2, &["line 1", "limpid.yaml"]);
     std::fs::write(&file, "tau: 3\n").unwrap();
     fails(&limpid(&["run", ROOM, "-c", file.to_str().unwrap()]), 2, &["`tau`", "not in [0, 1]"]);
+}
+
+#[test]
+fn config_prints_a_robot_with_several_sensors() {
+    let printed = String::from_utf8(limpid(&["config", "--robot"]).stdout).unwrap();
+    let robot = limpid::Config::from_yaml(&printed).unwrap();
+    let names: Vec<_> = robot.sensors.iter().map(|sensor| sensor.name.as_str()).collect();
+    assert_eq!(names, ["front", "rear", "top"]);
 }
 
 #[test]

@@ -1,7 +1,15 @@
 //! `limpid config`.
 
-use limpid::config::EXAMPLE;
+use clap::Args;
+use limpid::config::{EXAMPLE, ROBOT};
 
-pub(crate) fn execute() {
-    print!("{EXAMPLE}");
+#[derive(Debug, Args)]
+pub(crate) struct ConfigArguments {
+    /// Print a robot with two cameras and a lidar, a section for each
+    #[arg(long)]
+    robot: bool,
+}
+
+pub(crate) fn execute(arguments: &ConfigArguments) {
+    print!("{}", if arguments.robot { ROBOT } else { EXAMPLE });
 }

@@ -38,7 +38,7 @@ enum Verb {
     /// List GPU adapters, and which would be used and why
     Info(info::InfoArguments),
     /// Print every parameter with its default, as a file to start from
-    Config,
+    Config(config::ConfigArguments),
     /// Check a weight file and print weights, biases and multiply-accumulates by block
     Net(net::NetArguments),
     /// Decode the scans of a lidar recording and write each as a PLY file
@@ -85,10 +85,12 @@ impl Common {
             Some(path) => Config::read(path).map_err(as_usage)?,
             None => Config::default(),
         };
-        config.method = self.method.unwrap_or(config.method);
-        if let Some(weights) = &self.weights {
-            config.weights.clone_from(weights);
-        }
+        config.change_all(|parameters| {
+            parameters.method = self.method.unwrap_or(parameters.method);
+            if let Some(weights) = &self.weights {
+                parameters.weights.clone_from(weights);
+            }
+        });
         config.validate()?;
         Ok(config)
     }
@@ -99,8 +101,8 @@ pub(crate) fn execute(arguments: Arguments) -> Result<()> {
         Verb::Run(arguments) => run::execute(&arguments),
         Verb::Demo(arguments) => demo::execute(&arguments),
         Verb::Info(arguments) => info::execute(&arguments),
-        Verb::Config => {
-            config::execute();
+        Verb::Config(arguments) => {
+            config::execute(&arguments);
             Ok(())
         }
         Verb::Net(arguments) => net::execute(&arguments),

@@ -51,7 +51,7 @@ pub(crate) struct RunArguments {
 
 pub(crate) fn execute(arguments: &RunArguments) -> Result<()> {
     let mut config = arguments.common.config()?;
-    config.glass |= arguments.glass;
+    config.change_all(|parameters| parameters.glass |= arguments.glass);
     let contents = limpid::input::contents(&arguments.input, &config)?;
     let lidar = match arguments.sensor {
         Some(sensor) => sensor == Sensor::Lidar,

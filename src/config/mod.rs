@@ -9,17 +9,29 @@ use crate::base::{Error, Result};
 use crate::sensor::ReturnCodes;
 use crate::sensor::VelodyneModel as Model;
 
+mod document;
 mod glass;
+mod keys;
 mod lidar;
+mod map;
+mod parse;
+mod sensors;
 mod validate;
 
+pub use keys::{Scope, scope_of};
 pub use lidar::{InflationKernel, LayerMeasure, MAX_TALL_LAYERS, PlaneSource};
+pub use map::{InflationLaw, LidarClearsCamera, MAX_POINTS};
+pub use sensors::{MAX_SENSORS, SensorConfig, SensorKind};
 
 /// Every parameter with its default, commented, as YAML.
 pub const EXAMPLE: &str = include_str!("../../testdata/config/limpid.yaml");
 
+/// A robot with two cameras and a lidar, commented, as YAML: a file to start from.
+pub const ROBOT: &str = include_str!("../../testdata/config/robot.yaml");
+
 /// How depth becomes evidence (spec 1 §4).
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 #[serde(rename_all = "lowercase")]
 pub enum Method {
     /// `Drm` where frames come with colour and its calibration, else `Range`; a run says which it was.
@@ -153,6 +165,21 @@ pub struct Config {
     /// The cloud of trusted points holds every n-th pixel along rows and columns; 0: no cloud is written.
     pub cloud_stride: u32,
 
+    /// How often the map of several sensors is published, Hz.
+    pub publish_rate_hz: f64,
+    /// Time without data after which a sensor is stale, seconds; 0: never. The default of every sensor.
+    pub timeout_s: f64,
+    /// Age of its last evidence from which a free or passable cell is unknown again, seconds; 0: never.
+    pub cell_timeout_s: f64,
+    /// How long a message of one of several sensors waits for earlier ones of the others, seconds.
+    pub order_window_s: f64,
+    /// Whether a cell that lidars call passable and cameras occupied is passable; otherwise it is occupied.
+    pub passable_over_camera: bool,
+    /// Which occupied cells of the cameras a lidar may refute by beams that crossed them.
+    pub lidar_clears_camera: LidarClearsCamera,
+    /// How costs fall around lethal cells; [`Config::inflation_law`] resolves it.
+    pub inflation_law: InflationLaw,
+
     /// Topic with lidar scans; empty: found by message type, packets before clouds.
     pub scan_topic: String,
     /// Model of a Velodyne sensor; none: from the packets.
@@ -161,6 +188,8 @@ pub struct Config {
     pub return_codes: ReturnCodes,
     /// Frame of the lidar; empty: the scan's own `frame_id`.
     pub lidar_frame: String,
+    /// Most points of a scan that the lidar's passes are built for; a larger first scan raises it.
+    pub max_points: u32,
     /// Topic with the robot's goal (`geometry_msgs/PoseStamped`); empty: none.
     pub goal_topic: String,
     /// The goal, x and y in the map frame, metres, until one comes on the topic; empty: straight ahead.
@@ -248,6 +277,10 @@ pub struct Config {
     pub glass_lobe_deg: f64,
     /// Angle from head on within which glass always returns a beam, degrees.
     pub glass_visible_deg: f64,
+
+    /// The sensors that the nested form names; empty: they are found in the recording. Not a key of the flat form.
+    #[serde(skip)]
+    pub sensors: Vec<SensorConfig>,
 }
 
 impl Default for Config {
@@ -296,10 +329,18 @@ impl Default for Config {
             cost_scaling_factor: 10.0,
             degraded_fraction: 0.5,
             cloud_stride: 2,
+            publish_rate_hz: 10.0,
+            timeout_s: 0.5,
+            cell_timeout_s: 0.0,
+            order_window_s: 0.1,
+            passable_over_camera: false,
+            lidar_clears_camera: LidarClearsCamera::Doubtful,
+            inflation_law: InflationLaw::Auto,
             scan_topic: String::new(),
             velodyne_model: None,
             return_codes: ReturnCodes::FirstLast,
             lidar_frame: String::new(),
+            max_points: 262_144,
             goal_topic: String::new(),
             goal_m: Vec::new(),
             scan_map_size_m: 20.0,
@@ -343,49 +384,39 @@ impl Default for Config {
             glass_bright_ratio: 3.0,
             glass_lobe_deg: 8.0,
             glass_visible_deg: 16.0,
+            sensors: Vec::new(),
         }
     }
-}
-
-/// The ROS 2 parameter file shape around the same keys.
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct NodeFile {
-    limpid: NodeParameters,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct NodeParameters {
-    #[serde(rename = "ros__parameters")]
-    ros_parameters: Config,
 }
 
 impl Config {
     /// Reads a YAML file; see [`Config::from_yaml`].
     ///
     /// # Errors
-    /// As [`Config::from_yaml`], and [`Error::File`].
+    /// As [`Config::from_yaml`], with the file's name; and [`Error::File`].
     pub fn read(path: &Path) -> Result<Self> {
         let text = std::fs::read_to_string(path).map_err(Error::file(path))?;
-        Self::from_yaml(&text)
+        let file = path.display();
+        Self::from_yaml(&text).map_err(|error| match error {
+            Error::Config { key, reason } => Error::Config { key, reason: format!("{reason}, in {file}") },
+            Error::Yaml(text) => Error::Yaml(format!("{file}: {text}")),
+            other => other,
+        })
     }
 
     /// From YAML text: the keys at the top level, or under `limpid: ros__parameters:` as ROS 2
     /// parameter files have them. Missing keys keep their defaults.
     ///
+    /// The flat form states the keys of this struct. The nested form states the map's keys under `map`, a list of names
+    /// under `sensors`, and one section for each name with its `kind` and the keys that belong to it; flat keys beside
+    /// them hold for every sensor.
+    ///
     /// # Errors
-    /// [`Error::Yaml`] with line, column and snippet; it names unknown keys and the nearest known
-    /// one. [`Error::Config`] from [`Config::validate`].
+    /// [`Error::Yaml`] with line, column and snippet where the text is not YAML. [`Error::Config`] with the line for
+    /// unknown keys (with the nearest known one), wrong types, a thing stated twice, and a list of sensors and
+    /// sections that do not fit; and from [`Config::validate`].
     pub fn from_yaml(text: &str) -> Result<Self> {
-        let wrapped = text.lines().any(|line| line.trim_end() == "limpid:");
-        let config = if text.lines().all(|line| line.trim().is_empty() || line.trim().starts_with('#')) {
-            Self::default()
-        } else if wrapped {
-            serde_saphyr::from_str::<NodeFile>(text).map_err(yaml_error)?.limpid.ros_parameters
-        } else {
-            serde_saphyr::from_str(text).map_err(yaml_error)?
-        };
+        let config = parse::parse(text)?;
         config.validate()?;
         Ok(config)
     }
@@ -424,27 +455,4 @@ fn cells(key: &str, size_m: f64, resolution_m: f64) -> Result<u32> {
 
 pub(crate) fn bad_key(key: &str, reason: String) -> Error {
     Error::Config { key: key.into(), reason }
-}
-
-/// serde's text plus, for an unknown key, the known one that is nearest.
-fn yaml_error(error: serde_saphyr::Error) -> Error {
-    let text = error.to_string();
-    let unknown = text.split("unknown field `").nth(1).and_then(|rest| rest.split('`').next());
-    let nearest = unknown.and_then(|key| {
-        known_keys()
-            .into_iter()
-            .map(|known| (strsim::jaro_winkler(key, &known), known))
-            .max_by(|a, b| a.0.total_cmp(&b.0))
-    });
-    Error::Yaml(match nearest {
-        Some((_, known)) => format!("{text}\nhelp: the nearest key is `{known}`"),
-        None => text,
-    })
-}
-
-fn known_keys() -> Vec<String> {
-    match serde_json::to_value(Config::default()) {
-        Ok(serde_json::Value::Object(map)) => map.keys().cloned().collect(),
-        _ => Vec::new(),
-    }
 }

@@ -17,9 +17,11 @@ impl Config {
             let largest = 254.0 * self.resolution_m;
             return Err(bad_key("inflation_radius_m", format!("is above 254 cells ({largest} m)")));
         }
+        self.validate_map()?;
         self.validate_lidar()?;
         super::glass::check(self)?;
-        self.cells_per_side().map(|_| ())
+        self.cells_per_side()?;
+        self.validate_sensors()
     }
 
     fn positive(&self) -> Result<()> {

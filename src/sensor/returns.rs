@@ -51,9 +51,8 @@ impl Strength {
 }
 
 /// How a cloud's `return_type` numbers returns; drivers do not agree.
-#[derive(
-    Debug, Clone, Copy, Default, PartialEq, Eq, clap::ValueEnum, serde::Serialize, serde::Deserialize,
-)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 #[serde(rename_all = "kebab-case")]
 pub enum ReturnCodes {
     /// 0 single, 1 first, 2 last, 3 both, 4 strongest or second strongest: the numbers of [`ReturnType`].

@@ -1,7 +1,8 @@
 //! Velodyne sensors by model.
 
 /// The sensors whose packets are decoded.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 #[serde(rename_all = "lowercase")]
 pub enum VelodyneModel {
     /// VLP-16 and Puck LITE: 16 lasers, 30 degrees.

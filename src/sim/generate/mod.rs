@@ -17,8 +17,9 @@ use super::scene::Scene;
 use crate::base::{Error, Result};
 
 /// How much glare (spec 1 §8).
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, clap::ValueEnum)]
-#[value(rename_all = "UPPER")]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
+#[cfg_attr(feature = "cli", value(rename_all = "UPPER"))]
 pub enum Level {
     /// Matt floor, little infrared in the lamps.
     L0,
@@ -37,7 +38,8 @@ impl Level {
 }
 
 /// Which generator.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, clap::ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 pub enum Family {
     /// Rectangular rooms, some with a corridor, square lamps, upright furniture.
     #[default]

@@ -1,0 +1,66 @@
+//! The parameters of the one map and of when it is published: choices, and what values they may have (spec 4).
+
+use serde::{Deserialize, Serialize};
+
+use super::{Config, bad_key};
+use crate::base::Result;
+
+/// Which occupied cells of the cameras a lidar may refute (spec 4 §2, row 5).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum LidarClearsCamera {
+    /// None.
+    Never,
+    /// Those whose own evidence is weak.
+    Doubtful,
+    /// All.
+    Always,
+}
+
+/// How costs fall around lethal cells.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum InflationLaw {
+    /// `Nav2` where the map has a camera, else `Goal`.
+    Auto,
+    /// Nav2's: exponential in the distance.
+    Nav2,
+    /// The goal-adaptive kernel (spec 2 §4).
+    Goal,
+}
+
+/// Most points of a scan that a lidar's passes can be built for.
+pub const MAX_POINTS: u32 = 1 << 20;
+
+impl Config {
+    /// The inflation law with [`InflationLaw::Auto`] resolved: Nav2's where the map has a camera, else the goal-adaptive.
+    pub fn inflation_law(&self, has_camera: bool) -> InflationLaw {
+        match self.inflation_law {
+            InflationLaw::Auto if has_camera => InflationLaw::Nav2,
+            InflationLaw::Auto => InflationLaw::Goal,
+            stated => stated,
+        }
+    }
+
+    pub(super) fn validate_map(&self) -> Result<()> {
+        for (key, value) in [
+            ("timeout_s", self.timeout_s),
+            ("cell_timeout_s", self.cell_timeout_s),
+            ("order_window_s", self.order_window_s),
+        ] {
+            if !(value.is_finite() && value >= 0.0) {
+                return Err(bad_key(key, format!("{value} is not a number from 0 up")));
+            }
+        }
+        if !(self.publish_rate_hz.is_finite() && self.publish_rate_hz > 0.0) {
+            return Err(bad_key(
+                "publish_rate_hz",
+                format!("{} is not a positive number", self.publish_rate_hz),
+            ));
+        }
+        if !(1..=MAX_POINTS).contains(&self.max_points) {
+            return Err(bad_key("max_points", format!("{} is not in 1..={MAX_POINTS}", self.max_points)));
+        }
+        Ok(())
+    }
+}

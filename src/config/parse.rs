@@ -1,0 +1,246 @@
+//! Parameters from YAML: the flat form, and the nested one with `map`, `sensors` and a section for each sensor (spec 4 §1).
+
+use serde_json::{Map, Value};
+
+use super::document::{self, Entry, Node};
+use super::keys::{Place, nearest};
+use super::sensors::{MAX_SENSORS, check_name};
+use super::{Config, SensorConfig, SensorKind, bad_key};
+use crate::base::{Error, Result};
+
+/// The parameters of a file; not yet validated.
+pub(super) fn parse(text: &str) -> Result<Config> {
+    let parts = Parts::of(parameters(document::read(text)?)?);
+    let names = parts.sensors.as_ref().map(listed_names).transpose()?;
+    let names = names.unwrap_or_default();
+    parts.check_sections(&names)?;
+    let mut base = Stated::default();
+    for entry in &parts.flat {
+        base.state(Place::Top, "", entry)?;
+    }
+    let nested = parts.map.is_some() || parts.sensors.is_some();
+    if nested {
+        base.refuse_lidar_map()?;
+    }
+    if let Some(map) = &parts.map {
+        base.state_map(map)?;
+    }
+    let sensor = |name: &String| sensor(name, &parts, &base, nested);
+    let sensors = names.iter().map(sensor).collect::<Result<_>>()?;
+    Ok(Config { sensors, ..base.config(nested)? })
+}
+
+/// The entries under `limpid: ros__parameters:`, or those at the root.
+fn parameters(root: Vec<Entry>) -> Result<Vec<Entry>> {
+    let Some(place) = root.iter().position(|entry| entry.key == "limpid") else { return Ok(root) };
+    let inside = only_section(root, place, "limpid")?;
+    match inside.iter().position(|entry| entry.key == "ros__parameters") {
+        Some(place) => only_section(inside, place, "limpid.ros__parameters"),
+        None => Err(bad_key("limpid", "has no `ros__parameters` under it".into())),
+    }
+}
+
+/// The entries of the section at `place`, which has nothing beside it.
+fn only_section(mut entries: Vec<Entry>, place: usize, name: &str) -> Result<Vec<Entry>> {
+    let entry = entries.swap_remove(place);
+    if let Some(other) = entries.first() {
+        return Err(other.fault(&other.key, format!("stands beside `{name}`, outside the parameters")));
+    }
+    match entry.node {
+        Node::Section(inside) => Ok(inside),
+        Node::Value(Value::Null) => Ok(Vec::new()),
+        _ => Err(entry.fault(name, "is not a section")),
+    }
+}
+
+/// A file's entries by what they are.
+#[derive(Default)]
+struct Parts {
+    map: Option<Entry>,
+    sensors: Option<Entry>,
+    sections: Vec<Entry>,
+    flat: Vec<Entry>,
+}
+
+impl Parts {
+    fn of(entries: Vec<Entry>) -> Self {
+        let mut parts = Self::default();
+        for entry in entries {
+            match (entry.key.as_str(), &entry.node) {
+                ("map", _) => parts.map = Some(entry),
+                ("sensors", _) => parts.sensors = Some(entry),
+                (_, Node::Section(_)) => parts.sections.push(entry),
+                _ => parts.flat.push(entry),
+            }
+        }
+        parts
+    }
+
+    fn without_section(&self, name: &str) -> Error {
+        let reason = "is named by `sensors` and has no section";
+        match &self.sensors {
+            Some(list) => list.fault(name, reason),
+            None => bad_key(name, reason.into()),
+        }
+    }
+
+    /// Every section has a sensor, and every sensor a section.
+    fn check_sections(&self, names: &[String]) -> Result<()> {
+        for section in &self.sections {
+            let key = &section.key;
+            if super::scope_of(key).is_some() {
+                return Err(section.fault(key, "takes a value, not a section"));
+            }
+            if !names.contains(key) {
+                let reason = match names {
+                    [] => format!("is a section of no sensor: a list `sensors: [{key}]` would name it"),
+                    names => format!(
+                        "is a section that `sensors` does not name; the nearest name there is `{}`",
+                        { nearest(key, names.iter().map(String::as_str)) }
+                    ),
+                };
+                return Err(section.fault(key, reason));
+            }
+        }
+        for name in names {
+            if let Some(entry) = self.flat.iter().find(|entry| entry.key == *name) {
+                return Err(
+                    entry.fault(name, "is a sensor's section, and needs `kind: camera` or `kind: lidar`")
+                );
+            }
+            if !self.sections.iter().any(|section| section.key == *name) {
+                return Err(self.without_section(name));
+            }
+        }
+        Ok(())
+    }
+}
+
+fn listed_names(entry: &Entry) -> Result<Vec<String>> {
+    let bad = |reason: String| Err(entry.fault("sensors", reason));
+    let Node::Value(Value::Array(values)) = &entry.node else {
+        return bad("is not a list of names: [front, rear]".into());
+    };
+    if values.is_empty() || values.len() > MAX_SENSORS {
+        return bad(format!("names {}; 1 to {MAX_SENSORS} are supported", values.len()));
+    }
+    let mut names = Vec::with_capacity(values.len());
+    for value in values {
+        let Some(name) = value.as_str() else { return bad(format!("{value} is not a name")) };
+        check_name(name)?;
+        if names.iter().any(|before| before == name) {
+            return bad(format!("names `{name}` twice"));
+        }
+        names.push(name.to_owned());
+    }
+    Ok(names)
+}
+
+/// A sensor from its section, laid over what holds for all.
+fn sensor(name: &str, parts: &Parts, base: &Stated, nested: bool) -> Result<SensorConfig> {
+    let Some(entry) = parts.sections.iter().find(|section| section.key == name) else {
+        return Err(parts.without_section(name));
+    };
+    let Node::Section(entries) = &entry.node else { return Err(entry.fault(name, "is not a section")) };
+    let kind = kind_of(name, entry, entries)?;
+    let mut own = Stated::default();
+    for entry in entries.iter().filter(|entry| entry.key != "kind") {
+        let flat = own.state(Place::Sensor(kind), &format!("{name}."), entry)?;
+        // The flat one is the default of every sensor, so that a sensor's own is no second statement.
+        if flat != "timeout_s" {
+            base.refuse_second(flat, &format!("{name}.{}", entry.key), entry)?;
+        }
+    }
+    let parameters = base.with(own).config(nested)?;
+    Ok(SensorConfig { name: name.to_owned(), kind, timeout_s: parameters.timeout_s, parameters })
+}
+
+fn kind_of(name: &str, section: &Entry, entries: &[Entry]) -> Result<SensorKind> {
+    let Some(entry) = entries.iter().find(|entry| entry.key == "kind") else {
+        return Err(section.fault(name, "has no `kind`: `kind: camera` or `kind: lidar`"));
+    };
+    let stated = match &entry.node {
+        Node::Value(value) => value.as_str().map_or_else(|| value.to_string(), str::to_owned),
+        _ => "a section".into(),
+    };
+    SensorKind::ALL.into_iter().find(|kind| kind.name() == stated).ok_or_else(|| {
+        entry.fault(&format!("{name}.kind"), format!("{stated} is unknown: there are camera and lidar"))
+    })
+}
+
+/// The flat keys that a file states, with their values and the names under which it states them.
+#[derive(Debug, Default, Clone)]
+struct Stated {
+    values: Map<String, Value>,
+    names: Vec<(&'static str, String)>,
+}
+
+impl Stated {
+    /// Takes a key with its value; `section` is the prefix of its name. Returns the flat key.
+    fn state(&mut self, place: Place, section: &str, entry: &Entry) -> Result<&'static str> {
+        let name = format!("{section}{}", entry.key);
+        let flat = place.flat_key(&entry.key).map_err(|reason| entry.fault(&name, reason))?;
+        self.refuse_second(flat, &name, entry)?;
+        let value = match &entry.node {
+            Node::Value(value) => value.clone(),
+            Node::NotFinite(value) => {
+                return Err(entry.fault(&name, format!("{value} is not a finite number")));
+            }
+            Node::Section(_) => return Err(entry.fault(&name, "takes a value, not a section")),
+        };
+        let alone = Map::from_iter([(flat.to_owned(), value.clone())]);
+        serde_json::from_value::<Config>(Value::Object(alone)).map_err(|error| entry.fault(&name, error))?;
+        self.values.insert(flat.to_owned(), value);
+        self.names.push((flat, name));
+        Ok(flat)
+    }
+
+    fn state_map(&mut self, map: &Entry) -> Result<()> {
+        match &map.node {
+            Node::Section(entries) => {
+                entries.iter().try_for_each(|entry| self.state(Place::Map, "map.", entry).map(|_| ()))
+            }
+            Node::Value(Value::Null) => Ok(()),
+            _ => Err(map.fault("map", "is not a section")),
+        }
+    }
+
+    /// One thing is stated once.
+    fn refuse_second(&self, flat: &str, name: &str, entry: &Entry) -> Result<()> {
+        match self.names.iter().find(|(stated, _)| *stated == flat) {
+            Some((_, first)) => {
+                Err(entry.fault(name, format!("and `{first}` state one thing: take one of them out")))
+            }
+            None => Ok(()),
+        }
+    }
+
+    fn refuse_lidar_map(&self) -> Result<()> {
+        for (flat, nested) in [("scan_map_size_m", "map.size_m"), ("scan_resolution_m", "map.resolution_m")] {
+            if self.values.contains_key(flat) {
+                let reason =
+                    format!("is stated beside `map` or `sensors`, where `{nested}` holds for lidars too");
+                return Err(bad_key(flat, reason));
+            }
+        }
+        Ok(())
+    }
+
+    fn with(&self, own: Self) -> Self {
+        let mut all = self.clone();
+        all.values.extend(own.values);
+        all.names.extend(own.names);
+        all
+    }
+
+    /// The parameters. Nested, the map's size and resolution hold for lidars too.
+    fn config(&self, nested: bool) -> Result<Config> {
+        let config: Config = serde_json::from_value(Value::Object(self.values.clone()))
+            .map_err(|error| Error::Yaml(error.to_string()))?;
+        Ok(if nested {
+            Config { scan_map_size_m: config.map_size_m, scan_resolution_m: config.resolution_m, ..config }
+        } else {
+            config
+        })
+    }
+}
