@@ -3,8 +3,9 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use limpid::frame::Options;
-use limpid::offline::bench::{bench, frames};
+use limpid::input::open_source;
+use limpid::mapper::Options;
+use limpid::offline::bench::{bench, observations};
 use limpid::{Error, Result};
 
 use super::{Common, save};
@@ -31,12 +32,12 @@ const FRAMES: usize = 100;
 
 pub(crate) fn execute(arguments: &BenchArguments) -> Result<()> {
     let config = arguments.common.config()?;
-    let mut recording = limpid::input::open(&arguments.input, &config)?;
-    let frames = frames(recording.as_mut(), FRAMES.min(arguments.samples))?;
+    let mut source = open_source(&arguments.input, &config, None)?;
+    let sensors = source.sensors().to_vec();
+    let frames = observations(source.as_mut(), FRAMES.min(arguments.samples))?;
     let options =
         Options { adapter: arguments.common.adapter.clone(), images: arguments.images, ..Options::default() };
-    let options = options.with_color_of(frames.iter());
-    let report = bench(&config, &options, &frames, arguments.samples)?;
+    let report = bench(&config, &sensors, &options, &frames, arguments.samples)?;
     print!("{}", report.table());
     if let Some(path) = &arguments.json {
         let unwritable = |e: serde_json::Error| Error::Encode { path: path.clone(), reason: e.to_string() };

@@ -3,14 +3,14 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use limpid::frame::Options;
-use limpid::offline::bench::{bench, frames};
+use limpid::input::open_source;
+use limpid::mapper::Options;
+use limpid::offline::bench::{bench, observations};
 use limpid::offline::eval::{Generated, contestants, evaluate, picture};
-use limpid::output::save_map;
 use limpid::sim::Scene;
 use limpid::{Config, Error, Result};
 
-use super::run::{Outputs, print_report, run_with_progress};
+use super::run::{Outputs, print_report, run_with_progress, save_last};
 use super::save;
 
 /// The recording that `testdata/README.md` describes.
@@ -41,16 +41,18 @@ pub(crate) fn execute(arguments: &DemoArguments) -> Result<()> {
     let config = Config::default();
     let options =
         Options { adapter: arguments.adapter.clone(), images: true, layers: true, ..Options::default() };
-    let outputs = Outputs { mcap: Some(&mcap), png: Some(&png), dump: None, shared: None };
-    let mut room = limpid::input::open(&input, &config)?;
+    let outputs = Outputs { mcap: Some(&mcap), png: Some(&png), dump: None };
+    let mut room = open_source(&input, &config, None)?;
     let report = run_with_progress(room.as_mut(), 0..u64::MAX, &config, &options, &outputs)?;
     print_report(&report);
-    if let Some(last) = &report.last {
-        save_map(&map, last)?;
+    if let Some(last) = report.last() {
+        save_last(&map, last)?;
     }
-    let frames = frames(limpid::input::open(&input, &config)?.as_mut(), SAMPLES)?;
-    let options = Options { images: false, layers: false, ..options }.with_color_of(frames.iter());
-    let table = bench(&config, &options, &frames, SAMPLES)?.table();
+    let mut room = open_source(&input, &config, None)?;
+    let sensors = room.sensors().to_vec();
+    let frames = observations(room.as_mut(), SAMPLES)?;
+    let options = Options { images: false, layers: false, ..options };
+    let table = bench(&config, &sensors, &options, &frames, SAMPLES)?.table();
     save(&timing, &table)?;
     println!("\n{table}");
     let glare = dir.join("glare.png");

@@ -9,7 +9,6 @@ mod net;
 mod points;
 mod profile;
 mod run;
-mod scans;
 mod score;
 mod sim;
 mod targets;

@@ -4,8 +4,9 @@ use std::path::PathBuf;
 
 use clap::Args;
 use limpid::Result;
-use limpid::frame::Options;
-use limpid::offline::bench::{frames, trace};
+use limpid::input::open_source;
+use limpid::mapper::Options;
+use limpid::offline::bench::{observations, trace};
 
 use super::{Common, save};
 
@@ -25,11 +26,11 @@ pub(crate) struct ProfileArguments {
 
 pub(crate) fn execute(arguments: &ProfileArguments) -> Result<()> {
     let config = arguments.common.config()?;
-    let mut recording = limpid::input::open(&arguments.input, &config)?;
-    let frames = frames(recording.as_mut(), arguments.samples)?;
+    let mut source = open_source(&arguments.input, &config, None)?;
+    let sensors = source.sensors().to_vec();
+    let frames = observations(source.as_mut(), arguments.samples)?;
     let options = Options { adapter: arguments.common.adapter.clone(), ..Options::default() };
-    let options = options.with_color_of(frames.iter());
-    let trace = trace(&config, &options, &frames, arguments.samples)?;
+    let trace = trace(&config, &sensors, &options, &frames, arguments.samples)?;
     save(&arguments.output, &trace.to_string())?;
     println!("trace: {} (open it at ui.perfetto.dev)", arguments.output.display());
     Ok(())

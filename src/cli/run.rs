@@ -6,13 +6,17 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
-use limpid::frame::Options;
-use limpid::input::Recording;
+use limpid::config::SensorKind;
+use limpid::input::{Source, open_source};
+use limpid::map::glass::{LabelledScan, PointClass};
+use limpid::map::pane_file::panes_to_yaml;
+use limpid::map::{CellClass, MapUpdate, PaneSet, Update};
+use limpid::mapper::Options;
 use limpid::output::{DumpSink, McapSink, PngSink, Sink, save_map};
-use limpid::run::{RunReport, run};
+use limpid::run::{RunReport, SensorRun, run};
 use limpid::{Config, Result};
 
-use super::{Common, parse_range, scans};
+use super::{Common, parse_range, save};
 
 #[derive(Debug, Args)]
 pub(crate) struct RunArguments {
@@ -23,16 +27,16 @@ pub(crate) struct RunArguments {
     /// Which sensor of the recording; left out, all it has
     #[arg(long, value_enum)]
     sensor: Option<Sensor>,
-    /// Write costmaps, reliability, filtered depth and transforms as MCAP
+    /// Write maps, reliability, filtered depth, labelled clouds and transforms as MCAP
     #[arg(short, long, value_name = "MCAP")]
     pub(super) output: Option<PathBuf>,
-    /// Write pictures of costmap and reliability per frame
+    /// Write pictures of the map, of reliability and of glass
     #[arg(long, value_name = "DIR")]
     pub(super) png: Option<PathBuf>,
-    /// Write every buffer per frame as EXR, with frame.json; those of a lidar beside a camera go to DIR/lidar
+    /// Write every buffer as EXR, with frame.json; with several sensors in a folder for each, and one for the map
     #[arg(long, value_name = "DIR")]
     pub(super) dump: Option<PathBuf>,
-    /// Write the last map for nav2's map_server: STEM.pgm and STEM.yaml (a lidar's beside a camera's: STEM-plan)
+    /// Write the last map for nav2's map_server: STEM.pgm and STEM.yaml
     #[arg(long, value_name = "STEM")]
     pub(super) map: Option<PathBuf>,
     /// Only the depth images, or scans, numbered A to B - 1
@@ -52,57 +56,63 @@ pub(crate) struct RunArguments {
 pub(crate) fn execute(arguments: &RunArguments) -> Result<()> {
     let mut config = arguments.common.config()?;
     config.change_all(|parameters| parameters.glass |= arguments.glass);
-    let contents = limpid::input::contents(&arguments.input, &config)?;
-    let lidar = match arguments.sensor {
-        Some(sensor) => sensor == Sensor::Lidar,
-        None => contents.lidar && !contents.camera,
-    };
-    if lidar {
-        return scans::execute(arguments, &config, None);
-    }
-    if arguments.sensor.is_some() || !contents.lidar {
-        return run_camera(arguments, &config, None);
-    }
-    let shared = arguments.output.as_deref().map(|path| McapSink::create(path, &config)).transpose()?;
-    // Scans are worth having where the camera's frames could not be used, and the other way round.
-    let camera = run_camera(arguments, &config, shared.clone());
-    let scans = scans::execute(arguments, &config, Some(scans::BesideCamera { shared }));
-    camera.and(scans)
-}
-
-/// Sensors of a recording.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
-enum Sensor {
-    /// RGB-D frames: costmaps.
-    Camera,
-    /// Lidar scans: plan maps.
-    Lidar,
-}
-
-fn run_camera(arguments: &RunArguments, config: &Config, shared: Option<McapSink>) -> Result<()> {
-    let mut recording = limpid::input::open(&arguments.input, config)?;
+    let only = arguments.sensor.map(|sensor| match sensor {
+        Sensor::Camera => SensorKind::Camera,
+        Sensor::Lidar => SensorKind::Lidar,
+    });
+    let mut source = open_source(&arguments.input, &config, only)?;
     let outputs = Outputs {
         mcap: arguments.output.as_deref(),
         png: arguments.png.as_deref(),
         dump: arguments.dump.as_deref(),
-        shared,
     };
     let options = Options {
         adapter: arguments.common.adapter.clone(),
         profiling: arguments.timing,
         images: outputs.mcap.is_some() || outputs.png.is_some() || outputs.dump.is_some(),
-        // The saved map needs to know what is free under inflation.
+        // The saved map asks the layers which inscribed cells are free.
         layers: outputs.dump.is_some() || arguments.map.is_some(),
-        ..Options::default()
     };
     let range = arguments.frames.clone().unwrap_or(0..u64::MAX);
-    let report = run_with_progress(recording.as_mut(), range, config, &options, &outputs)?;
+    let report = run_with_progress(source.as_mut(), range, &config, &options, &outputs)?;
     print_report(&report);
-    if let (Some(stem), Some(last)) = (&arguments.map, &report.last) {
-        let [image, yaml] = save_map(stem, last)?;
+    if let Some(path) = &arguments.panes {
+        save(path, &panes_to_yaml(&known_panes(&report)))?;
+        println!("panes: {}", path.display());
+    }
+    if let (Some(stem), Some(last)) = (&arguments.map, report.last()) {
+        let [image, yaml] = save_last(stem, last)?;
         println!("map: {} and {}", image.display(), yaml.display());
     }
     Ok(())
+}
+
+/// Sensors of a recording.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+enum Sensor {
+    /// RGB-D frames.
+    Camera,
+    /// Lidar scans.
+    Lidar,
+}
+
+/// The panes that are known at the end, of the last lidar that searched for them.
+fn known_panes(report: &RunReport) -> PaneSet {
+    let labelled = report.sensors.iter().rev().filter_map(|sensor| {
+        let update = sensor.last.as_ref()?;
+        Some((update, update.lidar()?.glass.as_ref()?))
+    });
+    let known = |(update, glass): (&Update, &LabelledScan)| {
+        PaneSet::of_scan(&glass.panes, update.map_from_base.then(update.base_from_sensor))
+    };
+    labelled.map(known).next().unwrap_or_default()
+}
+
+/// Saves the map of an update.
+pub(super) fn save_last(stem: &Path, last: &Update) -> Result<[PathBuf; 2]> {
+    let nothing = || limpid::Error::Empty { reason: "no map was made".into() };
+    let free = last.camera().and_then(|camera| camera.layers.as_ref()).map(|layers| layers.free.as_slice());
+    save_map(stem, last.map.as_ref().ok_or_else(nothing)?, free)
 }
 
 /// Where results go.
@@ -111,45 +121,38 @@ pub(super) struct Outputs<'a> {
     pub(super) mcap: Option<&'a Path>,
     pub(super) png: Option<&'a Path>,
     pub(super) dump: Option<&'a Path>,
-    /// Takes the place of the file that `mcap` names.
-    pub(super) shared: Option<McapSink>,
 }
 
 impl Outputs<'_> {
-    fn sinks(&self, config: &Config) -> Result<Vec<Box<dyn Sink>>> {
+    fn sinks(&self, config: &Config, names: &[String]) -> Result<Vec<Box<dyn Sink>>> {
         let mut sinks: Vec<Box<dyn Sink>> = Vec::new();
-        if let Some(shared) = &self.shared {
-            sinks.push(Box::new(shared.clone()));
-        } else if let Some(path) = self.mcap {
-            sinks.push(Box::new(McapSink::create(path, config)?));
+        if let Some(path) = self.mcap {
+            sinks.push(Box::new(McapSink::create(path, config, names)?));
         }
         if let Some(path) = self.png {
-            sinks.push(Box::new(PngSink::create(path, config)?));
+            sinks.push(Box::new(PngSink::create(path, config, names)?));
         }
         if let Some(path) = self.dump {
-            sinks.push(Box::new(DumpSink::create(path, config)?));
+            sinks.push(Box::new(DumpSink::create(path, config, names)?));
         }
         Ok(sinks)
     }
 }
 
 pub(super) fn run_with_progress(
-    recording: &mut dyn Recording,
+    source: &mut dyn Source,
     range: Range<u64>,
     config: &Config,
     options: &Options,
     outputs: &Outputs<'_>,
 ) -> Result<RunReport> {
-    let mut sinks = outputs.sinks(config)?;
-    let total = recording.frame_count_hint().map(|count| range.end.min(count).saturating_sub(range.start));
+    let names: Vec<String> = source.sensors().iter().map(|sensor| sensor.name.clone()).collect();
+    let mut sinks = outputs.sinks(config, &names)?;
+    let total = source.count_hint().map(|count| range.end.min(count).saturating_sub(range.start));
     let bar = progress_bar(total);
-    let report = run(recording, range, config, options, &mut sinks, &mut |output| {
+    let report = run(source, range, config, options, &mut sinks, &mut |update| {
         bar.inc(1);
-        if output.degraded {
-            bar.set_message("DEGRADED");
-        } else {
-            bar.set_message("");
-        }
+        bar.set_message(if update.camera().is_some_and(|camera| camera.degraded) { "DEGRADED" } else { "" });
     });
     bar.finish_and_clear();
     report
@@ -173,30 +176,74 @@ pub(super) fn progress_bar(total: Option<u64>) -> ProgressBar {
 
 pub(super) fn print_report(report: &RunReport) {
     println!("adapter: {}", report.adapter);
-    for note in report.method_note.iter().chain(&report.read.notes) {
+    for note in report.notes.iter().chain(&report.read.read.notes) {
         println!("note: {note}");
     }
-    for skipped in &report.read.skipped {
+    for (reason, count) in report.read.sensors.iter().flat_map(|sensor| sensor.dropped.reasons()) {
+        println!("dropped: {count} points: {}", reason.text());
+    }
+    for skipped in &report.read.read.skipped {
         println!("skipped {} x {}: {}", skipped.count, skipped.source, skipped.reason);
     }
-    if let Some(reason) = &report.first_unfit {
-        println!("refused {} frames, the first: {reason}", report.unfit);
+    for sensor in &report.sensors {
+        print_sensor(sensor);
     }
     let seconds = report.elapsed.as_secs_f64();
     #[expect(clippy::cast_precision_loss, reason = "frames counted in a run fit in 53 bits")]
-    let frames = report.frames as f64;
+    let taken = report.taken() as f64;
     println!(
-        "{} frames in {seconds:.2} s ({:.1} ms a frame, reading and writing included), pipeline built in {:.0} ms",
-        report.frames,
-        seconds * 1e3 / frames.max(1.0),
+        "{} frames and scans in {seconds:.2} s ({:.1} ms each, reading and writing included), passes built in {:.0} ms",
+        report.taken(),
+        seconds * 1e3 / taken.max(1.0),
         report.build.as_secs_f64() * 1e3,
     );
-    println!("{} without a pose, {} degraded", report.without_pose, report.degraded);
-    if let Some(last) = &report.last {
-        let c = last.counters;
+    if let Some(map) = report.last().and_then(|last| last.map.as_ref()) {
+        print_map(map);
+    }
+}
+
+fn print_sensor(sensor: &SensorRun) {
+    let SensorRun { name, taken, without_pose, refused, degraded, pose_jumps, .. } = sensor;
+    if let Some(reason) = &sensor.first_refused {
+        println!("{name}: refused {refused}, the first: {reason}");
+    }
+    println!("{name}: {taken} used, {without_pose} without a pose, {degraded} degraded");
+    if *pose_jumps > 0 {
         println!(
-            "last frame: {} hit and {} seen-through cells; map: {} occupied, {} free cells",
+            "{name}: {pose_jumps} times the pose jumped; cells and panes kept from before stay where they were"
+        );
+    }
+    let Some(last) = &sensor.last else { return };
+    if let Some(camera) = last.camera() {
+        let c = camera.counters;
+        println!(
+            "{name}: last frame: {} hit and {} seen-through cells; {} occupied, {} free cells",
             c.hit_cells, c.seen_through_cells, c.occupied_cells, c.free_cells
         );
     }
+    let Some(lidar) = last.lidar() else { return };
+    println!("{name}: last scan: {} points", lidar.points);
+    if let Some(glass) = &lidar.glass {
+        let classes = PointClass::ALL.iter().zip(glass.counters.classes);
+        let classes: Vec<_> = classes.map(|(class, count)| format!("{count} {}", class.name())).collect();
+        println!("{name}: glass: {} panes; points: {}", glass.panes.len(), classes.join(", "));
+    }
+}
+
+fn print_map(map: &MapUpdate) {
+    let cells: Vec<_> = if map.classes.is_empty() {
+        let of =
+            |costs: std::ops::RangeInclusive<u8>| map.costmap.iter().filter(|c| costs.contains(c)).count();
+        let names = [
+            ("free", 0..=0),
+            ("inflated", 1..=252),
+            ("inscribed", 253..=253),
+            ("lethal", 254..=254),
+            ("unknown", 255..=255),
+        ];
+        names.map(|(name, costs)| format!("{} {name}", of(costs))).into()
+    } else {
+        CellClass::ALL.map(|class| format!("{} {}", map.count(class), class.name())).into()
+    };
+    println!("map: {}; cells: {}", map.state.name(), cells.join(", "));
 }

@@ -3,9 +3,11 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use limpid::input::PosedScans;
-use limpid::lidar::{ScanOptions, run_scans};
+use limpid::config::SensorKind;
+use limpid::input::open_source;
+use limpid::mapper::Options;
 use limpid::offline::score::{Score, Scorer};
+use limpid::run::run;
 use limpid::{Error, Result};
 
 use super::Common;
@@ -53,15 +55,16 @@ fn parse_samples(text: &str) -> std::result::Result<Samples, String> {
 
 pub(crate) fn execute(arguments: &ScoreArguments) -> Result<()> {
     let config = arguments.common.config()?;
-    let mut scans = PosedScans::open(&arguments.input, &config)?;
-    let options = ScanOptions { adapter: arguments.common.adapter.clone(), ..ScanOptions::default() };
+    let mut source = open_source(&arguments.input, &config, Some(SensorKind::Lidar))?;
+    let options = Options { adapter: arguments.common.adapter.clone(), ..Options::default() };
     let range = 0..arguments.scan.saturating_add(1);
-    let report = run_scans(&mut scans, range, &config, &options, &mut [], &mut |_| {})?;
+    let report = run(source.as_mut(), range, &config, &options, &mut [], &mut |_| {})?;
     let no_map = || Error::Empty { reason: "no scan was mapped".into() };
-    let map = report.last.ok_or_else(no_map)?;
-    if map.index != arguments.scan {
+    let last = report.last().ok_or_else(no_map)?;
+    let map = last.map.as_ref().ok_or_else(no_map)?;
+    if last.index != arguments.scan {
         let reason =
-            format!("scan {} was not mapped; the last before it that was is {}", arguments.scan, map.index);
+            format!("scan {} was not mapped; the last before it that was is {}", arguments.scan, last.index);
         return Err(Error::Empty { reason });
     }
     let velocities: Vec<[f64; 2]> =
@@ -76,7 +79,7 @@ pub(crate) fn execute(arguments: &ScoreArguments) -> Result<()> {
     let candidates = u32::try_from(velocities.len()).unwrap_or(u32::MAX);
     let adapter = arguments.common.adapter.as_deref();
     let mut scorer = Scorer::open(adapter, map.grid.width, candidates, places.saturating_add(2))?;
-    let scores = scorer.score_velocities(&map, &velocities, arguments.horizon)?;
+    let scores = scorer.score_velocities(map, last.map_from_base, &velocities, arguments.horizon)?;
     print(&velocities, &scores, arguments.json);
     Ok(())
 }

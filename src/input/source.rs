@@ -5,7 +5,7 @@ use std::path::Path;
 use super::points::ScanReport;
 use super::{PosedScans, ReadReport, Recording, contents, open};
 use crate::base::Result;
-use crate::config::Config;
+use crate::config::{Config, SensorKind};
 use crate::mapper::SensorInfo;
 use crate::sensor::{CameraInfo, Dropped, Observation};
 
@@ -54,9 +54,10 @@ const LOOKAHEAD: usize = 8;
 ///
 /// # Errors
 /// What [`open`] and [`PosedScans::open`] return.
-pub fn open_source(path: &Path, config: &Config) -> Result<Box<dyn Source>> {
+pub fn open_source(path: &Path, config: &Config, only: Option<SensorKind>) -> Result<Box<dyn Source>> {
     let found = contents(path, config)?;
-    if found.lidar && !found.camera {
+    let lidar = only.map_or(found.lidar && !found.camera, |kind| kind == SensorKind::Lidar);
+    if lidar {
         return Ok(Box::new(LidarSource::new(PosedScans::open(path, config)?, config)?));
     }
     Ok(Box::new(CameraSource::new(open(path, config)?, config)?))

@@ -19,9 +19,6 @@ use crate::stage::{CameraJob, LidarJob, Stage};
 /// Most points of a scan; sums of intensities of that many fit in 32 bits.
 pub const MAX_POINTS: usize = 1 << 20;
 
-/// Points that a lidar's passes are built for at least.
-const USUAL_POINTS: usize = 1 << 18;
-
 /// The passes of a sensor, by its kind.
 pub(super) enum Kind {
     Camera(Arc<CameraJob>),
@@ -122,7 +119,7 @@ fn capacity(config: &Config, first: &Scan) -> Result<u32> {
         };
         return Err(Error::Decode { what: "scan".into(), reason });
     }
-    let roomy = (points + points / 8).max(USUAL_POINTS).min(most);
+    let roomy = (points + points / 8).max(config.max_points as usize).min(most);
     u32::try_from(roomy).map_err(|e| Error::Decode { what: "scan".into(), reason: e.to_string() })
 }
 
