@@ -4,7 +4,6 @@
 mod build;
 mod channel;
 mod checks;
-mod clock;
 mod read;
 
 use std::collections::VecDeque;
@@ -15,11 +14,10 @@ use glam::{DVec2, DVec3};
 use self::build::{Kind, camera_job, lidar_job};
 use self::channel::Channel;
 pub(crate) use self::checks::frame as check_frame;
-use self::clock::Clock;
-use crate::base::{Error, Refused, Result};
+use crate::base::{Error, Refused, Result, duration_ns};
 use crate::config::{Config, Method};
 use crate::gpu::{Context, Executor, FRAMES_IN_FLIGHT, Plan, Store};
-use crate::map::{PaneSet, Update, Window};
+use crate::map::{Clock, PaneSet, Update, Window};
 use crate::sensor::{CameraInfo, LidarInfo, Observation, Scan, SensorModel, SensorPose};
 use crate::stage::camera::{back_project, drm, ingest, see_through, spatial_median, tally, update, weigh};
 use crate::stage::glass::{LabelGlass, pane_cells};
@@ -124,9 +122,6 @@ pub struct Options {
     pub layers: bool,
 }
 
-/// Time without data after which a sensor is stale unless it is configured otherwise, seconds.
-const TIMEOUT_S: f64 = 0.5;
-
 /// A sensor of a map.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SensorInfo {
@@ -155,7 +150,7 @@ impl SensorInfo {
 
     fn of(name: &str, config: &Config, model: SensorModel) -> Self {
         let (name, frame_id) = (name.into(), String::new());
-        Self { name, frame_id, config: config.clone(), timeout_s: TIMEOUT_S, model }
+        Self { name, frame_id, config: config.clone(), timeout_s: config.timeout_s, model }
     }
 }
 
@@ -215,9 +210,10 @@ impl Mapper {
             Channel::build(sensor, kind, &store)
         };
         let channels = sensors.iter().map(channel).collect::<Result<Vec<_>>>()?;
+        let timeouts_ns: Vec<u64> = sensors.iter().map(|sensor| duration_ns(sensor.timeout_s)).collect();
         Ok(Self {
             context: context.clone(),
-            clock: Clock::new(channels.len()),
+            clock: Clock::new(&timeouts_ns),
             channels,
             resolution_m,
             side,

@@ -2,6 +2,7 @@
 
 mod cell_class;
 pub mod clean;
+mod clock;
 pub mod glass;
 mod grid;
 pub(crate) mod jumps;
@@ -14,6 +15,7 @@ mod verdict;
 mod window;
 
 pub use cell_class::CellClass;
+pub use clock::{Arrival, Clock};
 pub use grid::Grid;
 pub use pane::{KEPT_PANES, Pane};
 pub use pane_set::PaneSet;

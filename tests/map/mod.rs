@@ -1,6 +1,7 @@
 //! The whole pipeline on analytic scenes.
 
 mod bad_input;
+mod clock;
 mod determinism;
 mod drm;
 mod geometry;

@@ -1,0 +1,93 @@
+//! The map's time: outages, sensors that never came, stamps that jump, clocks that differ.
+
+use limpid::map::{Clock, State};
+
+const S: u64 = 1_000_000_000;
+const MS: u64 = 1_000_000;
+const BEGAN: u64 = 1_700_000_000 * S;
+
+fn clock() -> Clock {
+    Clock::new(&[S / 2, S / 2])
+}
+
+#[test]
+fn ticks_count_hundredths_from_the_first_stamp() {
+    let mut clock = clock();
+    assert_eq!(clock.observe(0, BEGAN).tick, 1);
+    assert_eq!(clock.observe(1, BEGAN + 25 * MS).tick, 3);
+    // Late: its own tick, and the map's time stays.
+    assert_eq!(clock.observe(0, BEGAN + 15 * MS).tick, 2);
+    assert_eq!((clock.now(), clock.now_ns()), (3, BEGAN + 25 * MS));
+    assert_eq!(clock.observe(1, BEGAN - 5 * MS).tick, 1, "before the map began");
+}
+
+#[test]
+fn a_sensor_that_never_came_is_stale_from_the_start() {
+    let mut clock = clock();
+    clock.observe(0, BEGAN);
+    assert_eq!(clock.states(), [State::Ok, State::Stale]);
+    assert_eq!(clock.fresh_since()[1], u32::MAX);
+}
+
+#[test]
+fn after_an_outage_only_new_evidence_is_fresh() {
+    let mut clock = clock();
+    for at in 0..10 {
+        clock.observe(0, BEGAN + at * 100 * MS);
+        clock.observe(1, BEGAN + at * 100 * MS);
+    }
+    clock.observe(1, BEGAN + 1500 * MS);
+    assert_eq!(clock.states(), [State::Stale, State::Ok], "0.6 s without data");
+    assert_eq!(clock.fresh_since(), [u32::MAX, 151], "and the other was away for as long");
+    let back = clock.observe(0, BEGAN + 2000 * MS);
+    clock.observe(1, BEGAN + 2000 * MS);
+    assert_eq!((back.tick, back.since_last_ns), (201, Some(1100 * MS)));
+    assert_eq!(clock.states(), [State::Ok, State::Ok]);
+    assert_eq!(clock.fresh_since()[0], 201);
+}
+
+#[test]
+fn a_timeout_of_0_never_comes() {
+    let mut clock = Clock::new(&[0, S]);
+    clock.observe(0, BEGAN);
+    clock.observe(1, BEGAN + 100 * S);
+    assert_eq!(clock.states(), [State::Ok, State::Ok]);
+}
+
+#[test]
+fn time_goes_on_where_stamps_of_one_sensor_jump_back() {
+    let mut clock = clock();
+    clock.observe(0, BEGAN + 100 * S);
+    clock.observe(1, BEGAN + 100 * S);
+    let jump = clock.observe(0, BEGAN);
+    assert!(jump.jumped);
+    assert_eq!(jump.tick, clock.now());
+    let next = clock.observe(0, BEGAN + 100 * MS);
+    assert_eq!((next.jumped, next.tick, next.since_last_ns), (false, clock.now(), Some(100 * MS)));
+    assert_eq!(clock.states(), [State::Ok, State::Ok]);
+}
+
+#[test]
+fn a_stamp_far_ahead_of_the_others_is_believed_only_when_it_stays() {
+    let mut clock = clock();
+    clock.observe(0, BEGAN);
+    clock.observe(1, BEGAN);
+    assert_eq!(clock.ahead_s(0, BEGAN + 100 * MS), None);
+    for _ in 0..3 {
+        assert_eq!(clock.ahead_s(0, BEGAN + 30 * S), Some(30));
+    }
+    assert_eq!(clock.ahead_s(0, BEGAN + 30 * S), None, "a clock of its own");
+    // With one sensor it is a gap in the recording.
+    let mut alone = Clock::new(&[S]);
+    alone.observe(0, BEGAN);
+    assert_eq!(alone.ahead_s(0, BEGAN + 3600 * S), None);
+}
+
+#[test]
+fn the_control_a_moved_clock_makes_all_stale() {
+    let mut clock = clock();
+    clock.observe(0, BEGAN);
+    clock.observe(1, BEGAN);
+    clock.advance(BEGAN + S);
+    assert_eq!(clock.states(), [State::Stale, State::Stale]);
+}
