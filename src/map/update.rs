@@ -103,6 +103,17 @@ pub enum Seen {
     Lidar(LidarUpdate),
 }
 
+impl Seen {
+    /// What a camera's frame says of its camera's state; a scan says nothing.
+    pub fn state(&self) -> Option<State> {
+        match self {
+            Self::Camera(camera) if camera.degraded => Some(State::Degraded),
+            Self::Camera(_) => Some(State::Ok),
+            Self::Lidar(_) => None,
+        }
+    }
+}
+
 /// A published map.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MapUpdate {

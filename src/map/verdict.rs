@@ -24,6 +24,16 @@ impl Verdict {
         usize::try_from((self.0 >> 12) & 0x1f).ok()?.checked_sub(1)
     }
 
+    /// [`Self::row`] as a byte.
+    pub fn reason(self) -> u8 {
+        self.0.to_le_bytes()[1] & 0xf
+    }
+
+    /// The sensor counted from 1; 0: none.
+    pub fn sensor_number(self) -> u8 {
+        self.sensor().and_then(|sensor| u8::try_from(sensor + 1).ok()).unwrap_or(0)
+    }
+
     /// Time since that sensor's last evidence, seconds; at most [`MOST_AGE`] tenths. 0 where there is none.
     pub fn age_s(self) -> f64 {
         f64::from(self.0 >> 17) / 10.0

@@ -1,6 +1,6 @@
 //! Point clouds as `sensor_msgs/PointCloud2`, and the cloud of trusted points of a frame.
 
-use crate::frame::FrameImages;
+use crate::map::FrameImages;
 use crate::message::ros2::{Header, PointCloud2, PointField};
 use crate::sensor::CameraModel;
 

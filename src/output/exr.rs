@@ -1,4 +1,4 @@
-//! Buffers of every frame as OpenEXR images, with the frame's figures as JSON beside them.
+//! Buffers of every result as OpenEXR images, with its figures as JSON beside them.
 
 use std::collections::BTreeMap;
 use std::io::Cursor;
@@ -12,53 +12,134 @@ use serde::Serialize;
 use crate::base::Rigid;
 use crate::base::{Error, Result};
 use crate::config::Config;
-use crate::frame::{Counters, FrameOutput};
-use crate::output::{Sink, create_folder, encode_error, pass_sums_ms};
-use crate::sensor::RgbdFrame;
+use crate::map::{CameraUpdate, CellClass, Counters, LidarUpdate, MapUpdate, Seen, State, Update, Verdict};
+use crate::mapper::SensorInfo;
+use crate::output::{FileNames, Sink, create_folder, encode_error, grid_mismatch, narrow, pass_sums_ms};
+use crate::sensor::Observation;
 
-/// Writes `DIR/NNNNNN/<buffer>.exr` and `DIR/NNNNNN/frame.json`, `NNNNNN` being the frame's index.
+/// Writes `DIR/NNNNNN/<buffer>.exr` and `DIR/NNNNNN/frame.json`, `NNNNNN` being the number of the frame or of the scan. Where
+/// the map has several sensors, what is a sensor's own goes to `DIR/<name>/NNNNNN` and what is the map's to
+/// `DIR/map/NNNNNN`.
 ///
-/// Each EXR has one 32-bit float channel `Y`. Images (`depth_m`, `reliability`) have their own size; grids
-/// (`evidence`, `occupancy`, `occupied`, `costmap`) are stored with row 0 = smallest y.
+/// Each EXR has one 32-bit float channel `Y`. Images have their own size; grids are stored with row 0 = smallest y. Buffers
+/// that an update does not hold are left out:
+///
+/// - of the map: `costmap`; `class` ([`CellClass`] as its number); of its verdicts (spec 4 §4) `cost` before inflation,
+///   `reason` (row of the rule), `sensor` (counted from 1; 0: none) and `age_s` (seconds);
+/// - of a camera: `depth_m` and `reliability` (images), `evidence`, `occupancy`, `occupied`;
+/// - of a lidar: `intensity_<layer>`, `true_positive`, `false_positive`, `false_negative`, `inflated`, `plan`.
 pub struct DumpSink {
     folder: PathBuf,
+    names: FileNames,
 }
 
 impl DumpSink {
-    /// Creates the folder `folder` unless it is there.
+    /// Creates the folder `folder` unless it is there; `sensors` as [`Update::sensor`] counts them.
     ///
     /// # Errors
     /// [`Error::File`] where it cannot be created.
-    pub fn create(folder: &Path, _config: &Config) -> Result<Self> {
+    pub fn create(folder: &Path, _config: &Config, sensors: &[SensorInfo]) -> Result<Self> {
         create_folder(folder)?;
-        Ok(Self { folder: folder.into() })
+        Ok(Self { folder: folder.into(), names: FileNames::of(sensors) })
+    }
+
+    /// Writes one folder of an update, `name` being the one above it; empty: there is none.
+    fn write_part(
+        &self,
+        name: &str,
+        update: &Update,
+        map: Option<&MapUpdate>,
+        seen: Option<&Seen>,
+    ) -> Result<()> {
+        // To join an empty name changes nothing.
+        let above = self.folder.join(name);
+        create_folder(&above)?;
+        let folder = above.join(format!("{:06}", update.index));
+        create_folder(&folder)?;
+        if let Some(map) = map {
+            write_map(&folder, map)?;
+        }
+        let cells = |count: usize| cells(update.map.as_ref(), count);
+        match seen {
+            Some(Seen::Camera(camera)) => write_camera(&folder, camera, cells)?,
+            Some(Seen::Lidar(lidar)) => write_lidar(&folder, lidar, cells)?,
+            None => {}
+        }
+        write_json(&folder.join("frame.json"), &Record::of(update, map, seen))
     }
 }
 
 impl Sink for DumpSink {
-    fn write(&mut self, _input: &RgbdFrame, output: &FrameOutput) -> Result<()> {
-        let folder = self.folder.join(format!("{:06}", output.index));
-        create_folder(&folder)?;
-        let write = |name: &str, size, samples| write_exr(&folder.join(format!("{name}.exr")), size, samples);
-
-        let cells = (output.grid.width as usize, output.grid.height as usize);
-        write("costmap", cells, output.costmap.iter().map(|&cost| f32::from(cost)).collect())?;
-        if let Some(layers) = &output.layers {
-            write("evidence", cells, layers.evidence.clone())?;
-            write("occupancy", cells, layers.occupancy.clone())?;
-            write("occupied", cells, layers.occupied.clone())?;
+    fn write(&mut self, update: &Update, _observation: Option<&Observation>) -> Result<()> {
+        let (map, seen) = (update.map.as_ref(), update.seen.as_ref());
+        let (of_map, of_sensor) = (self.names.map(), self.names.sensor(update));
+        if of_map == of_sensor {
+            return self.write_part(of_map, update, map, seen);
         }
-        if let Some(images) = &output.images {
-            let pixels = (images.width as usize, images.height as usize);
-            write("depth_m", pixels, images.depth_m.clone())?;
-            write("reliability", pixels, images.reliability.clone())?;
+        if map.is_some() {
+            self.write_part(of_map, update, map, None)?;
         }
-        write_json(&folder.join("frame.json"), &FrameRecord::of(output))
+        if seen.is_some() {
+            self.write_part(of_sensor, update, None, seen)?;
+        }
+        Ok(())
     }
 
     fn finish(&mut self) -> Result<()> {
         Ok(())
     }
+}
+
+/// Width and height of a grid of `count` cells: the map's, or of a square where the map is not there.
+fn cells(map: Option<&MapUpdate>, count: usize) -> (usize, usize) {
+    let side = count.isqrt();
+    map.map_or((side, side), |map| (map.grid.width as usize, map.grid.height as usize))
+}
+
+fn write_map(folder: &Path, map: &MapUpdate) -> Result<()> {
+    if let Some(reason) = grid_mismatch(map) {
+        return Err(encode_error(folder, reason));
+    }
+    let size = cells(Some(map), map.costmap.len());
+    let write = |name: &str, samples| write_exr(&folder.join(format!("{name}.exr")), size, samples);
+    write("costmap", map.costmap.iter().map(|&cost| f32::from(cost)).collect())?;
+    if !map.classes.is_empty() {
+        write("class", map.classes.iter().map(|&class| f32::from(class)).collect())?;
+    }
+    if !map.verdicts.is_empty() {
+        let of_all = |value: fn(Verdict) -> f32| map.verdicts.iter().map(|&verdict| value(verdict)).collect();
+        write("cost", of_all(|verdict| f32::from(verdict.cost())))?;
+        write("reason", of_all(|verdict| f32::from(verdict.reason())))?;
+        write("sensor", of_all(|verdict| f32::from(verdict.sensor_number())))?;
+        write("age_s", of_all(|verdict| narrow(verdict.age_s())))?;
+    }
+    Ok(())
+}
+
+fn write_camera(folder: &Path, camera: &CameraUpdate, cells: impl Fn(usize) -> (usize, usize)) -> Result<()> {
+    let write = |name: &str, size, samples: &[f32]| {
+        write_exr(&folder.join(format!("{name}.exr")), size, samples.to_vec())
+    };
+    if let Some(layers) = &camera.layers {
+        for (name, samples) in
+            [("evidence", &layers.evidence), ("occupancy", &layers.occupancy), ("occupied", &layers.occupied)]
+        {
+            write(name, cells(samples.len()), samples)?;
+        }
+    }
+    if let Some(images) = &camera.images {
+        let pixels = (images.width as usize, images.height as usize);
+        write("depth_m", pixels, &images.depth_m)?;
+        write("reliability", pixels, &images.reliability)?;
+    }
+    Ok(())
+}
+
+fn write_lidar(folder: &Path, lidar: &LidarUpdate, cells: impl Fn(usize) -> (usize, usize)) -> Result<()> {
+    for (name, values) in lidar.layers.iter().flat_map(|layers| &layers.grids) {
+        write_exr(&folder.join(format!("{name}.exr")), cells(values.len()), values.clone())?;
+    }
+    Ok(())
 }
 
 /// An image of `size` (width, height) with one 32-bit float channel `Y`.
@@ -82,31 +163,49 @@ pub(crate) fn write_exr(path: &Path, size: (usize, usize), samples: Vec<f32>) ->
     std::fs::write(path, bytes.into_inner()).map_err(Error::file(path))
 }
 
-pub(super) fn write_json(path: &Path, record: &impl Serialize) -> Result<()> {
+fn write_json(path: &Path, record: &impl Serialize) -> Result<()> {
     let mut text = serde_json::to_string_pretty(record).map_err(|e| encode_error(path, e))?;
     text.push('\n');
     std::fs::write(path, text).map_err(Error::file(path))
 }
 
-/// `frame.json`.
+/// `frame.json`: the keys that apply.
 #[derive(Serialize)]
-struct FrameRecord<'a> {
+struct Record<'a> {
     stamp_ns: u64,
+    map_frame: &'a str,
     map_from_base: PoseRecord,
-    base_from_camera: PoseRecord,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    state: Option<State>,
+    #[serde(flatten)]
+    map: Option<MapRecord>,
+    #[serde(flatten)]
+    seen: Option<SeenRecord>,
+    pass_ms: BTreeMap<&'a str, f64>,
+}
+
+/// What concerns the map.
+#[derive(Serialize)]
+struct MapRecord {
     origin_x_m: f64,
     origin_y_m: f64,
     resolution_m: f64,
     width: u32,
     height: u32,
-    state: &'static str,
-    low_reliability_fraction: f64,
-    counters: Counters,
-    pass_ms: BTreeMap<&'a str, f64>,
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    cells: BTreeMap<&'static str, usize>,
+}
+
+/// What concerns a sensor.
+#[derive(Serialize)]
+#[serde(untagged)]
+enum SeenRecord {
+    Camera { base_from_camera: PoseRecord, low_reliability_fraction: f64, counters: Counters },
+    Lidar { base_from_lidar: PoseRecord, points: usize },
 }
 
 #[derive(Serialize)]
-pub(super) struct PoseRecord {
+struct PoseRecord {
     translation_m: [f64; 3],
     rotation_xyzw: [f64; 4],
 }
@@ -117,22 +216,45 @@ impl From<Rigid> for PoseRecord {
     }
 }
 
-impl<'a> FrameRecord<'a> {
-    fn of(output: &'a FrameOutput) -> Self {
-        let grid = output.grid;
+impl<'a> Record<'a> {
+    fn of(update: &'a Update, map: Option<&MapUpdate>, seen: Option<&Seen>) -> Self {
         Self {
-            stamp_ns: output.stamp_ns,
-            map_from_base: output.map_from_base.into(),
-            base_from_camera: output.base_from_camera.into(),
-            origin_x_m: grid.origin_x_m,
-            origin_y_m: grid.origin_y_m,
-            resolution_m: grid.resolution_m,
-            width: grid.width,
-            height: grid.height,
-            state: if output.degraded { "DEGRADED" } else { "OK" },
-            low_reliability_fraction: output.low_reliability_fraction,
-            counters: output.counters,
-            pass_ms: pass_sums_ms(output).into_iter().collect(),
+            stamp_ns: update.stamp_ns,
+            map_frame: &update.map_frame,
+            map_from_base: update.map_from_base.into(),
+            state: map.map(|map| map.state).or_else(|| seen?.state()),
+            map: map.map(MapRecord::of),
+            seen: seen.map(|seen| SeenRecord::of(seen, update.base_from_sensor)),
+            pass_ms: pass_sums_ms(update).into_iter().collect(),
+        }
+    }
+}
+
+impl MapRecord {
+    fn of(map: &MapUpdate) -> Self {
+        let classes = CellClass::ALL.into_iter().filter(|_| !map.classes.is_empty());
+        Self {
+            origin_x_m: map.grid.origin_x_m,
+            origin_y_m: map.grid.origin_y_m,
+            resolution_m: map.grid.resolution_m,
+            width: map.grid.width,
+            height: map.grid.height,
+            cells: classes.map(|class| (class.name(), map.count(class))).collect(),
+        }
+    }
+}
+
+impl SeenRecord {
+    fn of(seen: &Seen, base_from_sensor: Rigid) -> Self {
+        match seen {
+            Seen::Camera(camera) => Self::Camera {
+                base_from_camera: base_from_sensor.into(),
+                low_reliability_fraction: camera.low_reliability_fraction,
+                counters: camera.counters,
+            },
+            Seen::Lidar(lidar) => {
+                Self::Lidar { base_from_lidar: base_from_sensor.into(), points: lidar.points }
+            }
         }
     }
 }

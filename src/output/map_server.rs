@@ -3,9 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use crate::base::{Error, Result};
-use crate::frame::FrameOutput;
-use crate::lidar::{CellClass, ScanOutput};
-use crate::map::Grid;
+use crate::map::{CellClass, Grid, MapUpdate, Verdict};
 use crate::output::{encode_error, grid_mismatch};
 
 const OCCUPIED: u8 = 0;
@@ -16,7 +14,9 @@ const UNKNOWN: u8 = 205;
 /// without extension; a folder gets `map.pgm` and `map.yaml`.
 ///
 /// Lethal cells (254) are occupied. A cell is free only where it is known to be: 255 is unknown, and so are inscribed cells
-/// (253), since inflation overwrites unknown from there up, unless `layers` were asked for and say that they are free.
+/// (253), since inflation overwrites unknown from there up, unless they are known to be free under it: by their verdict
+/// (free or passable) where the map has verdicts, else by their class (free or passable) where it has classes, else by
+/// `free` (a camera's layer of free cells, above 0 where it is free).
 /// Costs up to 252 are free, however near an obstacle: a map holds obstacles, and the planner's own inflation layer
 /// adds its margin; inflation saved as obstacles would be inflated twice.
 ///
@@ -25,39 +25,28 @@ const UNKNOWN: u8 = 205;
 /// releases wrote, unknown space would come back as free.)
 ///
 /// # Errors
-/// [`Error::File`] where a file cannot be written, [`Error::Encode`] where the costmap or the layer of free cells is not
-/// `width * height` cells.
-pub fn save_map(stem: &Path, output: &FrameOutput) -> Result<[PathBuf; 2]> {
-    if let Some(reason) = grid_mismatch(output) {
+/// [`Error::File`] where a file cannot be written, [`Error::Encode`] where costs, verdicts, classes or the layer of free cells
+/// are not `width * height` cells.
+pub fn save_map(stem: &Path, map: &MapUpdate, free: Option<&[f32]>) -> Result<[PathBuf; 2]> {
+    if let Some(reason) = grid_mismatch(map) {
         return Err(encode_error(stem, reason));
     }
-    let costs = &output.costmap;
-    let greys = match &output.layers {
-        None => costs.iter().map(|&cost| grey_of_cost(cost, false)).collect(),
-        Some(layers) if layers.free.len() == costs.len() => {
-            costs.iter().zip(&layers.free).map(|(&cost, &free)| grey_of_cost(cost, free > 0.0)).collect()
-        }
-        Some(_) => return Err(encode_error(stem, "the layer of free cells does not fill the grid")),
+    let costs = &map.costmap;
+    if free.is_some_and(|free| free.len() != costs.len()) {
+        return Err(encode_error(stem, "the layer of free cells does not fill the grid"));
+    }
+    let known_free = |cell: usize| match (map.verdicts.get(cell), map.classes.get(cell)) {
+        (Some(verdict), _) => verdict_is_free(*verdict),
+        (None, Some(&class)) => class == CellClass::Free as u8 || class == CellClass::Passable as u8,
+        (None, None) => free.is_some_and(|free| free[cell] > 0.0),
     };
-    save(stem, &output.grid, greys)
+    let greys = costs.iter().enumerate().map(|(cell, &cost)| grey_of_cost(cost, known_free(cell)));
+    save(stem, &map.grid, greys.collect())
 }
 
-/// As [`save_map`], of the plan map of a lidar scan: solid and transparent cells are occupied; free and passable cells are
-/// free, whatever they cost. Of inflated cells those up to 252 are free; what lies under inscribed ones (253) the plan map
-/// does not say, and they are unknown.
-///
-/// # Errors
-/// [`Error::File`] where a file cannot be written, [`Error::Encode`] where costs or classes are not `width * height` cells.
-pub fn save_plan(stem: &Path, output: &ScanOutput) -> Result<[PathBuf; 2]> {
-    let (grid, costs, classes) = (&output.grid, &output.costmap, &output.classes);
-    let cells = grid.width as usize * grid.height as usize;
-    if cells == 0 || [costs.len(), classes.len()] != [cells; 2] {
-        let (costs, classes) = (costs.len(), classes.len());
-        return Err(encode_error(stem, format!("{costs} costs and {classes} classes do not fill the grid")));
-    }
-    let free = |class: u8| class == CellClass::Free as u8 || class == CellClass::Passable as u8;
-    let greys = costs.iter().zip(classes).map(|(&cost, &class)| grey_of_cost(cost, free(class)));
-    save(stem, grid, greys.collect())
+/// Whether the rule says free or passable.
+fn verdict_is_free(verdict: Verdict) -> bool {
+    verdict.row() != 0 && verdict.cost() < 253
 }
 
 fn save(stem: &Path, grid: &Grid, greys: Vec<u8>) -> Result<[PathBuf; 2]> {

@@ -5,38 +5,33 @@ use std::io::BufWriter;
 use std::path::Path;
 
 use crate::base::{Error, Result};
-use crate::frame::FrameOutput;
-use crate::sensor::RgbdFrame;
+use crate::map::{MapUpdate, Update};
+use crate::mapper::SensorInfo;
+use crate::sensor::{Observation, SensorModel};
 
 pub mod cloud;
-mod diagnostics;
 mod exr;
-mod glass;
 mod map_server;
 mod mcap;
 mod ply;
 pub(crate) mod png;
 mod ros_file;
-mod scan_exr;
-mod scan_mcap;
 
 pub use exr::DumpSink;
 pub(crate) use exr::write_exr;
-pub use map_server::{save_map, save_plan};
+pub use map_server::save_map;
 pub use mcap::{McapSink, occupancy_of_cost};
 pub use ply::save_scan;
-pub use png::{PngSink, ScanPngSink};
+pub use png::PngSink;
 pub use ros_file::RosFile;
-pub use scan_exr::ScanDumpSink;
-pub use scan_mcap::ScanMcapSink;
 
-/// Something that takes the results of a run, frame by frame: those of RGB-D frames, or with other types of scans.
-pub trait Sink<Input = RgbdFrame, Output = FrameOutput> {
-    /// Writes what `output` holds for the frame `input`.
+/// Something that takes the results of a run, one after the other.
+pub trait Sink {
+    /// Writes what `update` holds; `observation` is what it came of, `None` for a published map alone.
     ///
     /// # Errors
     /// [`Error::File`] or [`Error::Encode`], both with the path.
-    fn write(&mut self, input: &Input, output: &Output) -> Result<()>;
+    fn write(&mut self, update: &Update, observation: Option<&Observation>) -> Result<()>;
 
     /// Completes and closes what was written; writing afterwards is an error.
     ///
@@ -45,11 +40,39 @@ pub trait Sink<Input = RgbdFrame, Output = FrameOutput> {
     fn finish(&mut self) -> Result<()>;
 }
 
+/// Names that tell the sensors of a map apart in the paths of files; the map has its own, `map`.
+struct FileNames(Vec<String>);
+
+impl FileNames {
+    /// None where there is one sensor alone.
+    fn of(sensors: &[SensorInfo]) -> Self {
+        let several = sensors.len() > 1;
+        Self(sensors.iter().filter(|_| several).map(|sensor| sensor.name.clone()).collect())
+    }
+
+    /// That of the sensor that an update came of; empty: it needs none.
+    fn sensor(&self, update: &Update) -> &str {
+        update.sensor.and_then(|sensor| self.0.get(sensor)).map_or("", String::as_str)
+    }
+
+    /// That of the map; empty: it needs none.
+    fn map(&self) -> &'static str {
+        if self.0.is_empty() { "" } else { "map" }
+    }
+}
+
+/// Whether a sensor is one of several cameras, or of several lidars.
+fn one_of_several(sensors: &[SensorInfo], sensor: &SensorInfo) -> bool {
+    let is_lidar = |model: &SensorModel| matches!(model, SensorModel::Lidar(_));
+    let alike = |other: &&SensorInfo| is_lidar(&other.model) == is_lidar(&sensor.model);
+    sensors.iter().filter(alike).count() > 1
+}
+
 /// Milliseconds by pass in order of first appearance; a pass that runs more than once is summed.
-fn pass_sums_ms(output: &FrameOutput) -> Vec<(&str, f64)> {
+fn pass_sums_ms(update: &Update) -> Vec<(&str, f64)> {
     let mut sums: Vec<(&str, f64)> = Vec::new();
-    for (pass, ms) in &output.pass_ms {
-        match sums.iter_mut().find(|(name, _)| name == pass) {
+    for (pass, ms) in &update.pass_ms {
+        match sums.iter_mut().find(|(name, _)| *name == &**pass) {
             Some((_, sum)) => *sum += ms,
             None => sums.push((pass, *ms)),
         }
@@ -57,11 +80,15 @@ fn pass_sums_ms(output: &FrameOutput) -> Vec<(&str, f64)> {
     sums
 }
 
-/// How the grid's cells and the costs disagree, if they do.
-fn grid_mismatch(output: &FrameOutput) -> Option<String> {
-    let (width, height, costs) = (output.grid.width, output.grid.height, output.costmap.len());
-    let fits = costs > 0 && costs == width as usize * height as usize;
-    (!fits).then(|| format!("{costs} costs do not fill a grid of {width}x{height} cells"))
+/// How the grid's cells and what is said of them disagree, if they do.
+fn grid_mismatch(map: &MapUpdate) -> Option<String> {
+    let (width, height, costs) = (map.grid.width, map.grid.height, map.costmap.len());
+    if costs == 0 || costs != width as usize * height as usize {
+        return Some(format!("{costs} costs do not fill a grid of {width}x{height} cells"));
+    }
+    let others = [("classes", map.classes.len()), ("verdicts", map.verdicts.len())];
+    let other = others.into_iter().find(|(_, count)| *count != 0 && *count != costs)?;
+    Some(format!("{costs} costs and {} {} do not fill the grid", other.1, other.0))
 }
 
 pub(crate) fn create_file(path: &Path) -> Result<BufWriter<File>> {

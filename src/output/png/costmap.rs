@@ -1,9 +1,8 @@
 //! The costmap as RViz's costmap colour scheme shows it, north up.
 
 use crate::base::Rigid;
-use crate::frame::FrameOutput;
-use crate::map::Grid;
-use crate::output::mcap::occupancy_of_cost;
+use crate::map::{Grid, MapUpdate, Update};
+use crate::output::occupancy_of_cost;
 use crate::output::png::canvas::{Canvas, Rgb, TEXT_HEIGHT, byte, mix};
 use crate::output::png::{BLACK, MARGIN, WHITE, legend_entry, status_line, with_panel};
 use glam::DVec3;
@@ -22,16 +21,16 @@ const ARROW_HALF_M: f64 = 0.22;
 const ARROW_HALF_MIN_PIXELS: f64 = 9.0;
 
 /// The costmap must fill the grid.
-pub(super) fn draw(output: &FrameOutput) -> Canvas {
-    let grid = &output.grid;
+pub(super) fn draw(update: &Update, map: &MapUpdate) -> Canvas {
+    let grid = &map.grid;
     let scale = (TARGET_SIDE / grid.width.max(grid.height)).max(1);
     let (width, height) = (grid.width * scale, grid.height * scale);
     let mut canvas = with_panel(width, height, LEGEND_WIDTH);
-    draw_cells(&mut canvas, grid, &output.costmap, i64::from(scale));
-    draw_robot(&mut canvas, grid, output.map_from_base, f64::from(scale));
+    draw_cells(&mut canvas, grid, &map.costmap, i64::from(scale));
+    draw_robot(&mut canvas, grid, update.map_from_base, f64::from(scale));
     draw_scale_bar(&mut canvas, i64::from(height), f64::from(scale) / grid.resolution_m);
     draw_legend(&mut canvas, i64::from(height) + MARGIN);
-    status_line(&mut canvas, i64::from(height) + 2 * MARGIN + TEXT_HEIGHT, output);
+    status_line(&mut canvas, i64::from(height) + 2 * MARGIN + TEXT_HEIGHT, update);
     canvas
 }
 

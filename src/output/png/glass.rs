@@ -2,7 +2,6 @@
 
 use glam::DVec3;
 
-use crate::lidar::ScanOutput;
 use crate::map::clean::cleaned;
 use crate::map::glass::{LabelledScan, PointClass};
 use crate::output::png::canvas::{Canvas, Rgb, TEXT_HEIGHT};
@@ -35,7 +34,7 @@ fn color_of(class: PointClass) -> Rgb {
 }
 
 /// The scan's points in the colours of their classes, reflections both where they were measured and where they come from.
-pub(super) fn draw(scan: &Scan, labelled: &LabelledScan, output: &ScanOutput) -> Canvas {
+pub(super) fn draw(scan: &Scan, labelled: &LabelledScan, index: u64) -> Canvas {
     let mut canvas = with_panel(SIDE, SIDE, LEGEND_WIDTH);
     let side = i64::from(SIDE);
     canvas.fill(0, 0, side, side, GROUND);
@@ -47,8 +46,7 @@ pub(super) fn draw(scan: &Scan, labelled: &LabelledScan, output: &ScanOutput) ->
     draw_legend(&mut canvas, side + MARGIN);
     let [_, inside, glass, reflections, outside] = labelled.counters.classes;
     let status = format!(
-        "{:06}  {inside} inside  {glass} glass  {reflections} reflections  {outside} outside  {} panes",
-        output.index,
+        "{index:06}  {inside} inside  {glass} glass  {reflections} reflections  {outside} outside  {} panes",
         labelled.panes.len()
     );
     canvas.text(MARGIN, side + 2 * MARGIN + TEXT_HEIGHT, &status, TEXT);

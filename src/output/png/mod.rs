@@ -1,19 +1,19 @@
-//! Pictures of every frame: the costmap in RViz colours, and reliability over the camera's image.
+//! Pictures of every result: the map, reliability over the camera's image, labelled scans from above.
 
 use std::path::{Path, PathBuf};
 
 use crate::base::Result;
 use crate::config::Config;
-use crate::frame::FrameOutput;
-use crate::lidar::{ScanFrame, ScanOutput};
-use crate::output::{Sink, create_folder, encode_error, grid_mismatch, narrow};
-use crate::sensor::RgbdFrame;
+use crate::map::{Seen, State, Update};
+use crate::mapper::SensorInfo;
+use crate::output::{FileNames, Sink, create_folder, encode_error, grid_mismatch, narrow};
+use crate::sensor::Observation;
 
 pub(crate) mod canvas;
+mod classes;
 mod costmap;
 mod font;
 mod glass;
-mod plan;
 mod reliability;
 
 use canvas::{Canvas, Rgb, TEXT_HEIGHT};
@@ -30,66 +30,68 @@ const WHITE: Rgb = [255, 255, 255];
 const PANEL_HEIGHT: u32 = 66;
 const MARGIN: i64 = 12;
 
-/// Writes `DIR/NNNNNN-costmap.png`, and `DIR/NNNNNN-reliability.png` where images were read back.
+/// Writes pictures of what updates hold:
+///
+/// - `DIR/NNNNNN-costmap.png`: the map in RViz's colours, or `DIR/NNNNNN-map.png`: by class, where a lidar takes part;
+/// - `DIR/NNNNNN-reliability.png` of a camera whose images were read back;
+/// - `DIR/NNNNNN-glass.png` of a lidar, where glass is searched for.
+///
+/// Where the map has several sensors, the names of files begin with the sensor's, or with `map`: `DIR/front-NNNNNN-glass.png`.
 pub struct PngSink {
     folder: PathBuf,
-    tau: f32,
+    names: FileNames,
+    /// Of each sensor.
+    taus: Vec<f32>,
 }
 
 impl PngSink {
-    /// Creates the folder `folder` unless it is there.
+    /// Creates the folder `folder` unless it is there; `sensors` as [`Update::sensor`] counts them.
     ///
     /// # Errors
     /// [`Error::File`](crate::Error::File) where it cannot be created.
-    pub fn create(folder: &Path, config: &Config) -> Result<Self> {
+    pub fn create(folder: &Path, _config: &Config, sensors: &[SensorInfo]) -> Result<Self> {
         create_folder(folder)?;
-        Ok(Self { folder: folder.into(), tau: narrow(config.tau) })
+        let taus = sensors.iter().map(|sensor| narrow(sensor.config.tau)).collect();
+        Ok(Self { folder: folder.into(), names: FileNames::of(sensors), taus })
+    }
+
+    /// Where a picture of `update` goes; `name`: what the file's name begins with, unless empty.
+    fn path(&self, name: &str, update: &Update, what: &str) -> PathBuf {
+        let dash = if name.is_empty() { "" } else { "-" };
+        self.folder.join(format!("{name}{dash}{:06}-{what}.png", update.index))
+    }
+
+    fn write_map(&self, update: &Update) -> Result<()> {
+        let Some(map) = &update.map else { return Ok(()) };
+        let by_class = !map.classes.is_empty();
+        let path = self.path(self.names.map(), update, if by_class { "map" } else { "costmap" });
+        if let Some(reason) = grid_mismatch(map) {
+            return Err(encode_error(&path, reason));
+        }
+        let picture = if by_class { classes::draw(update, map) } else { costmap::draw(update, map) };
+        picture.save(&path)
     }
 }
 
 impl Sink for PngSink {
-    fn write(&mut self, _input: &RgbdFrame, output: &FrameOutput) -> Result<()> {
-        let path = self.folder.join(format!("{:06}-costmap.png", output.index));
-        if let Some(reason) = grid_mismatch(output) {
-            return Err(encode_error(&path, reason));
+    fn write(&mut self, update: &Update, observation: Option<&Observation>) -> Result<()> {
+        self.write_map(update)?;
+        let name = self.names.sensor(update);
+        if let Some(images) = update.camera().and_then(|camera| camera.images.as_ref()) {
+            let path = self.path(name, update, "reliability");
+            let tau = update.sensor.and_then(|sensor| self.taus.get(sensor));
+            let tau = tau.ok_or_else(|| encode_error(&path, "a result of an unknown sensor"))?;
+            let picture = reliability::draw(images, update, *tau)
+                .ok_or_else(|| encode_error(&path, "depth, reliability and colour do not fill the image"))?;
+            picture.save(&path)?;
         }
-        costmap::draw(output).save(&path)?;
-        let Some(images) = &output.images else { return Ok(()) };
-
-        let path = self.folder.join(format!("{:06}-reliability.png", output.index));
-        let picture = reliability::draw(images, output, self.tau)
-            .ok_or_else(|| encode_error(&path, "depth, reliability and colour do not fill the image"))?;
-        picture.save(&path)
-    }
-
-    fn finish(&mut self) -> Result<()> {
+        if let Some(labelled) = update.lidar().and_then(|lidar| lidar.glass.as_ref()) {
+            let path = self.path(name, update, "glass");
+            let scan = observation.and_then(Observation::scan);
+            let scan = scan.ok_or_else(|| encode_error(&path, "labels without their scan"))?;
+            glass::draw(scan, labelled, update.index).save(&path)?;
+        }
         Ok(())
-    }
-}
-
-/// Writes `DIR/NNNNNN-plan.png` of every lidar scan, and `DIR/NNNNNN-glass.png` where glass is searched for.
-pub struct ScanPngSink {
-    folder: PathBuf,
-}
-
-impl ScanPngSink {
-    /// Creates the folder `folder` unless it is there.
-    ///
-    /// # Errors
-    /// [`Error::File`](crate::Error::File) where it cannot be created.
-    pub fn create(folder: &Path, _config: &Config) -> Result<Self> {
-        create_folder(folder)?;
-        Ok(Self { folder: folder.into() })
-    }
-}
-
-impl Sink<ScanFrame, ScanOutput> for ScanPngSink {
-    fn write(&mut self, input: &ScanFrame, output: &ScanOutput) -> Result<()> {
-        if let Some(labelled) = &output.glass {
-            let path = self.folder.join(format!("{:06}-glass.png", output.index));
-            glass::draw(&input.scan, labelled, output).save(&path)?;
-        }
-        plan::draw(output).save(&self.folder.join(format!("{:06}-plan.png", output.index)))
     }
 
     fn finish(&mut self) -> Result<()> {
@@ -108,12 +110,23 @@ fn legend_entry(canvas: &mut Canvas, x: i64, y: i64, label: &str, color: Rgb) ->
     canvas.text(x + TEXT_HEIGHT + 10, y, label, TEXT) + MARGIN
 }
 
-/// Frame number, stamp and state.
-fn status_line(canvas: &mut Canvas, y: i64, output: &FrameOutput) {
-    let (seconds, milliseconds) = (output.stamp_ns / 1_000_000_000, output.stamp_ns / 1_000_000 % 1000);
-    let text = format!("{:06}  {seconds}.{milliseconds:03} s  ", output.index);
+/// Number, stamp and state.
+fn status_line(canvas: &mut Canvas, y: i64, update: &Update) {
+    let (seconds, milliseconds) = (update.stamp_ns / 1_000_000_000, update.stamp_ns / 1_000_000 % 1000);
+    let text = format!("{:06}  {seconds}.{milliseconds:03} s  ", update.index);
     let x = canvas.text(MARGIN, y, &text, TEXT);
-    let (state, color) = if output.degraded { ("DEGRADED ", WARNING) } else { ("", TEXT) };
-    let percent = output.low_reliability_fraction * 100.0;
-    canvas.text(x, y, &format!("{state}{percent:.0} % unreliable"), color);
+    match (&update.seen, &update.map) {
+        (Some(Seen::Camera(camera)), _) => {
+            let (state, color) = if camera.degraded { ("DEGRADED ", WARNING) } else { ("", TEXT) };
+            let percent = camera.low_reliability_fraction * 100.0;
+            canvas.text(x, y, &format!("{state}{percent:.0} % unreliable"), color);
+        }
+        (Some(Seen::Lidar(lidar)), _) => {
+            canvas.text(x, y, &format!("{} points", lidar.points), TEXT);
+        }
+        (None, Some(map)) if map.state != State::Ok => {
+            canvas.text(x, y, map.state.name(), WARNING);
+        }
+        (None, _) => {}
+    }
 }

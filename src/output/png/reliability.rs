@@ -1,7 +1,7 @@
 //! Reliability over the camera's image: what is trusted stays as it is, the rest turns red or dark.
 //! Depth takes the place of colour where there is none.
 
-use crate::frame::{FrameImages, FrameOutput};
+use crate::map::{FrameImages, Update};
 use crate::output::png::canvas::{Canvas, Rgb, TEXT_HEIGHT, byte, mix};
 use crate::output::png::{MARGIN, legend_entry, status_line, with_panel};
 
@@ -23,7 +23,7 @@ const GREY_NEAR_M: f32 = 0.3;
 const GREY_FAR_M: f32 = 10.0;
 
 /// `None` where a buffer does not fill the image.
-pub(super) fn draw(images: &FrameImages, output: &FrameOutput, tau: f32) -> Option<Canvas> {
+pub(super) fn draw(images: &FrameImages, update: &Update, tau: f32) -> Option<Canvas> {
     let pixels = images.width as usize * images.height as usize;
     let color_fits = images.color.as_ref().is_none_or(|rgb| rgb.len() == 3 * pixels);
     if pixels == 0 || images.depth_m.len() != pixels || images.reliability.len() != pixels || !color_fits {
@@ -40,7 +40,7 @@ pub(super) fn draw(images: &FrameImages, output: &FrameOutput, tau: f32) -> Opti
         }
     }
     draw_legend(&mut canvas, i64::from(height) + MARGIN);
-    status_line(&mut canvas, i64::from(height) + 2 * MARGIN + TEXT_HEIGHT, output);
+    status_line(&mut canvas, i64::from(height) + 2 * MARGIN + TEXT_HEIGHT, update);
     Some(canvas)
 }
 

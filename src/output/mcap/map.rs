@@ -1,0 +1,88 @@
+//! A published map as ROS 2 messages.
+
+use serde_bytes::Bytes;
+
+use super::Out;
+use crate::base::Result;
+use crate::map::{CellClass, Grid, MapUpdate};
+use crate::message::ros2::{Header, Pose, Quaternion, Vector3};
+use crate::message::written::{Costmap, CostmapMetaData, MapMetaData, OccupancyGrid};
+use crate::output::{grid_mismatch, narrow};
+
+/// Name of the costmap layer.
+const LAYER: &str = "limpid";
+
+pub(super) fn write(out: &mut Out, stamp_ns: u64, map_frame: &str, map: &MapUpdate) -> Result<()> {
+    if let Some(reason) = grid_mismatch(map) {
+        return Err(out.error(reason));
+    }
+    let header = Header::new(stamp_ns, map_frame);
+    write_costmap(out, stamp_ns, &header, map)?;
+    if !map.classes.is_empty() {
+        let classes = map.classes.iter().map(|&class| occupancy_of_class(class).cast_unsigned());
+        let classes: Vec<u8> = classes.collect();
+        let message = occupancy_grid(&header, &map.grid, Bytes::new(&classes));
+        out.put("/limpid/classes", stamp_ns, &message)?;
+    }
+    Ok(())
+}
+
+/// Nav2 costs as an `OccupancyGrid` and as a `Costmap`.
+fn write_costmap(out: &mut Out, stamp_ns: u64, header: &Header, map: &MapUpdate) -> Result<()> {
+    let occupancy: Vec<u8> = map.costmap.iter().map(|&c| occupancy_of_cost(c).cast_unsigned()).collect();
+    let message = occupancy_grid(header, &map.grid, Bytes::new(&occupancy));
+    out.put("/limpid/costmap", stamp_ns, &message)?;
+    let metadata = CostmapMetaData {
+        map_load_time: header.stamp,
+        update_time: header.stamp,
+        layer: LAYER.into(),
+        resolution: narrow(map.grid.resolution_m),
+        size_x: map.grid.width,
+        size_y: map.grid.height,
+        origin: origin(&map.grid),
+    };
+    let message = Costmap { header: header.clone(), metadata, data: Bytes::new(&map.costmap) };
+    out.put("/limpid/costmap_raw", stamp_ns, &message)
+}
+
+/// A grid of values 0..=100 or -1.
+fn occupancy_grid<'a>(header: &Header, grid: &Grid, data: &'a Bytes) -> OccupancyGrid<'a> {
+    let info = MapMetaData {
+        map_load_time: header.stamp,
+        resolution: narrow(grid.resolution_m),
+        width: grid.width,
+        height: grid.height,
+        origin: origin(grid),
+    };
+    OccupancyGrid { header: header.clone(), info, data }
+}
+
+fn origin(grid: &Grid) -> Pose {
+    let corner = Vector3 { x: grid.origin_x_m, y: grid.origin_y_m, z: 0.0 };
+    Pose { position: corner, orientation: Quaternion::default() }
+}
+
+/// `nav_msgs/OccupancyGrid` value of a Nav2 cost, as Nav2's costmap publisher translates it:
+/// 0 free, 1..=98 for costs 1..=252, 99 inscribed, 100 lethal, -1 unknown.
+pub fn occupancy_of_cost(cost: u8) -> i8 {
+    match cost {
+        0 => 0,
+        253 => 99,
+        254 => 100,
+        255 => -1,
+        // At most 98, so the conversion cannot fail.
+        graded => i8::try_from(1 + 97 * (u32::from(graded) - 1) / 251).unwrap_or(98),
+    }
+}
+
+/// Occupancy by which a class is shown.
+fn occupancy_of_class(class: u8) -> i8 {
+    match class {
+        c if c == CellClass::Free as u8 => 0,
+        c if c == CellClass::Passable as u8 => 25,
+        c if c == CellClass::Inflated as u8 => 50,
+        c if c == CellClass::Transparent as u8 => 75,
+        c if c == CellClass::Solid as u8 => 100,
+        _ => -1,
+    }
+}
