@@ -42,7 +42,7 @@ fn measure(mapper: &Mapper) -> Memory {
 /// One round through the recording into a file that is written anew.
 fn round(mapper: &mut Mapper, input: &Path, config: &Config, output: &Path) -> Result<u64> {
     let mut source = CameraSource::new(limpid::input::open(input, config)?, config)?;
-    let mut sink = McapSink::create(output, config, &["camera".into()])?;
+    let mut sink = McapSink::create(output, config, source.sensors())?;
     let mut under_way: Vec<Observation> = Vec::new();
     let mut frames = 0;
     let mut take = |mapper: &mut Mapper, under_way: &mut Vec<Observation>| -> Result<()> {

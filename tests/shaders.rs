@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 use std::path::Path;
 use std::sync::Arc;
 
+use limpid::Error;
 use limpid::config::{Config, Method};
 use limpid::gpu::{Context, Executor, Shader, ShaderSource, ShaderText};
 use limpid::mapper;
@@ -19,7 +20,6 @@ use limpid::stage::map::{goal_inflation, plan_map};
 use limpid::stage::map::{inflate, move_window};
 use limpid::stage::targets;
 use limpid::stage::{CameraJob, LidarJob};
-use limpid::{Error, pipeline};
 
 use crate::sim::small_room;
 use crate::support::camera_job::{job, small_map, tiny_camera};

@@ -11,7 +11,7 @@ use limpid::input::{Source, open_source};
 use limpid::map::glass::{LabelledScan, PointClass};
 use limpid::map::pane_file::panes_to_yaml;
 use limpid::map::{CellClass, MapUpdate, PaneSet, Update};
-use limpid::mapper::Options;
+use limpid::mapper::{Options, SensorInfo};
 use limpid::output::{DumpSink, McapSink, PngSink, Sink, save_map};
 use limpid::run::{RunReport, SensorRun, run};
 use limpid::{Config, Result};
@@ -124,16 +124,16 @@ pub(super) struct Outputs<'a> {
 }
 
 impl Outputs<'_> {
-    fn sinks(&self, config: &Config, names: &[String]) -> Result<Vec<Box<dyn Sink>>> {
+    fn sinks(&self, config: &Config, sensors: &[SensorInfo]) -> Result<Vec<Box<dyn Sink>>> {
         let mut sinks: Vec<Box<dyn Sink>> = Vec::new();
         if let Some(path) = self.mcap {
-            sinks.push(Box::new(McapSink::create(path, config, names)?));
+            sinks.push(Box::new(McapSink::create(path, config, sensors)?));
         }
         if let Some(path) = self.png {
-            sinks.push(Box::new(PngSink::create(path, config, names)?));
+            sinks.push(Box::new(PngSink::create(path, config, sensors)?));
         }
         if let Some(path) = self.dump {
-            sinks.push(Box::new(DumpSink::create(path, config, names)?));
+            sinks.push(Box::new(DumpSink::create(path, config, sensors)?));
         }
         Ok(sinks)
     }
@@ -146,8 +146,7 @@ pub(super) fn run_with_progress(
     options: &Options,
     outputs: &Outputs<'_>,
 ) -> Result<RunReport> {
-    let names: Vec<String> = source.sensors().iter().map(|sensor| sensor.name.clone()).collect();
-    let mut sinks = outputs.sinks(config, &names)?;
+    let mut sinks = outputs.sinks(config, source.sensors())?;
     let total = source.count_hint().map(|count| range.end.min(count).saturating_sub(range.start));
     let bar = progress_bar(total);
     let report = run(source, range, config, options, &mut sinks, &mut |update| {

@@ -14,11 +14,6 @@ pub(crate) struct PoseTrack {
 }
 
 impl PoseTrack {
-    /// Stamp of the scan before, nanoseconds; `None` before the first.
-    pub(crate) fn last_stamp_ns(&self) -> Option<u64> {
-        self.last.map(|(stamp_ns, _)| stamp_ns)
-    }
-
     /// Takes on the pose of a scan; whether the lidar would have had to move faster than `pose_jump_m_s` or turn faster than
     /// `pose_jump_deg_s` to get there from the scan before. The first never jumps.
     pub(crate) fn jumps(&mut self, config: &Config, stamp_ns: u64, map_from_lidar: Rigid) -> bool {

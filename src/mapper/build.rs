@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::{Options, SensorInfo, camera_plan, camera_stages, lidar_plan, lidar_stages};
 use crate::base::{Error, Result};
-use crate::config::{Config, Method};
+use crate::config::{Config, MAX_POINTS, Method};
 use crate::gpu::{Context, Plan};
 use crate::map::PaneSet;
 use crate::map::pane_file::read_panes;
@@ -15,9 +15,6 @@ use crate::stage::camera::drm::Drm;
 use crate::stage::glass::{Glass, MOST_POINTS};
 use crate::stage::lidar::planes::{full_scale, plane_rings};
 use crate::stage::{CameraJob, LidarJob, Stage};
-
-/// Most points of a scan; sums of intensities of that many fit in 32 bits.
-pub const MAX_POINTS: usize = 1 << 20;
 
 /// The passes of a sensor, by its kind.
 pub(super) enum Kind {
@@ -110,7 +107,7 @@ pub(super) fn lidar_job(
 
 /// Points to build for: enough for scans somewhat larger than the first.
 fn capacity(config: &Config, first: &Scan) -> Result<u32> {
-    let most = if config.glass { MOST_POINTS as usize } else { MAX_POINTS };
+    let most = if config.glass { MOST_POINTS } else { MAX_POINTS } as usize;
     let points = first.points.len();
     if points > most {
         let reason = match config.glass {

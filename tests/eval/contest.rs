@@ -64,8 +64,8 @@ fn both_fusions_get_what_they_would_alone() {
         let [drm, drm_gate] = [0, 1].map(|i| &entries[i]);
         assert_eq!((drm.key, drm_gate.key), ("drm", "drm_gate"));
         let (weight, gate) = (step(&mut weight, &frame(index)), step(&mut gate, &frame(index)));
-        assert_eq!(drm.output.costmap, weight.costmap);
-        assert_eq!(drm_gate.output.costmap, gate.costmap);
+        assert_eq!(drm.map().unwrap().costmap, weight.costmap);
+        assert_eq!(drm_gate.map().unwrap().costmap, gate.costmap);
         let reliability = &weight.images.as_ref().unwrap().reliability;
         assert_eq!(&drm_gate.images().unwrap().reliability, reliability);
         // Gated evidence is 0, 1 or none; weighted evidence is the mean reliability.

@@ -11,8 +11,9 @@ use limpid::map::PaneSet;
 use limpid::map::clean::cleaned;
 use limpid::map::glass::PointClass;
 use limpid::map::pane_file::{panes_to_yaml, read_panes};
+use limpid::mapper::SensorInfo;
 use limpid::offline::labeller::Labeller;
-use limpid::output::{ScanMcapSink, ScanPngSink, Sink};
+use limpid::output::{McapSink, PngSink, Sink};
 use limpid::sensor::Scan;
 use limpid::sensor::{SensorPose, Sweep};
 use limpid::stage::glass::MOST_POINTS;
@@ -210,11 +211,12 @@ fn what_is_written_reads_back() {
     let path = folder.path().join("glass.mcap");
     let frames = frames(2);
     let outputs = run(&config(), &frames, 1);
-    let mut mcap = ScanMcapSink::create(&path, &config()).unwrap();
-    let mut png = ScanPngSink::create(folder.path(), &config()).unwrap();
+    let sensors = [SensorInfo::lidar(&config(), frames[0].scan.clone())];
+    let mut mcap = McapSink::create(&path, &config(), &sensors).unwrap();
+    let mut png = PngSink::create(folder.path(), &config(), &sensors).unwrap();
     for (frame, output) in frames.iter().zip(&outputs) {
-        mcap.write(frame, output).unwrap();
-        png.write(frame, output).unwrap();
+        mcap.write(&output.update, Some(&frame.observation())).unwrap();
+        png.write(&output.update, Some(&frame.observation())).unwrap();
     }
     mcap.finish().unwrap();
     for (topic, clean) in [("/limpid/glass/points", false), ("/limpid/glass/cleaned", true)] {

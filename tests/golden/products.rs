@@ -2,8 +2,6 @@
 
 use std::path::Path;
 
-use crate::support::run::{FrameOutput, Options};
-use crate::support::scan::{ScanOptions, ScanOutput};
 use limpid::Config;
 use limpid::input::{CameraSource, LidarSource, PosedScans, open};
 use limpid::map::{Grid, Update};

@@ -3,9 +3,9 @@
 use crate::support::scan::{ScanFrame, ScanOptions, ScanPipeline};
 use glam::{DQuat, DVec3};
 use limpid::base::Rigid;
+use limpid::config::MAX_POINTS;
 use limpid::config::PlaneSource;
 use limpid::map::CellClass;
-use limpid::mapper::MAX_POINTS;
 use limpid::sensor::Point;
 use limpid::sensor::SensorPose;
 use limpid::{Config, Error};
@@ -35,11 +35,11 @@ fn a_million_points_work_and_one_more_than_fits_is_refused_by_number() {
         return;
     }
     // All in one cell at full scale: the largest sum there can be.
-    let points = vec![point([1.05, 1.05, 0.2], 255.0); MAX_POINTS];
+    let points = vec![point([1.05, 1.05, 0.2], 255.0); MAX_POINTS as usize];
     let small = still(scan(0, points[..100].to_vec()));
     let mut pipeline = open(&Config::default(), &small);
     let out = step(&mut pipeline, &still(scan(1, points.clone())));
-    assert_eq!((out.points, out.count(CellClass::Solid)), (MAX_POINTS, 1));
+    assert_eq!((out.points, out.count(CellClass::Solid)), (MAX_POINTS as usize, 1));
     let high = out.layers.unwrap().grids.iter().find(|g| g.0 == "intensity_1").unwrap().1.clone();
     assert!((high.iter().copied().fold(0.0, f32::max) - 1.0).abs() < 1e-6, "the mean is exact");
     let more = still(scan(2, [points, vec![point([1.0, 0.0, 0.0], 1.0)]].concat()));
@@ -66,7 +66,8 @@ fn the_full_scale_of_a_percentile_is_reported() {
     }
     let points: Vec<Point> = (0..=100).map(|i| point([1.05, 0.05, 0.2], f64::from(i))).collect();
     let config = Config { intensity_full_scale: 0.0, intensity_percentile: 90.0, ..Config::default() };
-    assert_eq!(open(&config, &still(scan(0, points))).job().full_scale, 90.0);
+    let notes = open(&config, &still(scan(0, points))).mapper.notes();
+    assert!(notes[0].contains("intensities: 90 (percentile 90"), "{notes:?}");
 }
 
 #[test]

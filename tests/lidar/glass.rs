@@ -2,6 +2,7 @@
 
 use std::f64::consts::PI;
 
+use crate::support::scan::ScanPipeline;
 use crate::support::scan::{ScanFrame, ScanOutput};
 use glam::{DQuat, DVec3};
 use limpid::Config;
@@ -151,7 +152,7 @@ fn truth_glass_fades_by_its_decay_whatever_the_rate_of_scans() {
 }
 
 #[test]
-fn what_is_remembered_survives_a_larger_scan() {
+fn a_larger_scan_changes_nothing_of_what_is_built_or_remembered() {
     if skipped() {
         return;
     }
@@ -159,12 +160,17 @@ fn what_is_remembered_survives_a_larger_scan() {
     let mut pipeline = open(&config(), &first);
     pipeline.submit(&first).unwrap();
     let mut large = frame(1, pose(0.0, 0.0, 0.0), false);
-    let built_for = pipeline.job().capacity as usize;
-    large.scan.points.resize(built_for + 1, point([70.0, 0.0, 0.0], 1.0));
+    let buffers = |pipeline: &ScanPipeline| pipeline.mapper.context().counters().hal.buffer_memory.read();
+    let built = buffers(&pipeline);
+    large.scan.points.resize(10 * first.scan.points.len() + 50_000, point([70.0, 0.0, 0.0], 1.0));
     pipeline.submit(&large).unwrap();
-    assert!(pipeline.job().capacity as usize > built_for);
     let outputs: Vec<_> = std::iter::from_fn(|| pipeline.receive().unwrap()).collect();
+    assert_eq!(buffers(&pipeline), built, "nothing is allocated");
     assert_eq!(outputs.iter().map(|out| out.index).collect::<Vec<_>>(), [0, 1]);
     assert_eq!(glass(&outputs[0]).len(), 7);
     assert_eq!(glass(&outputs[1]), glass(&outputs[0]));
+    // One point more than the passes are built for is refused, with the key that says so.
+    large.scan.points.resize(262_145, point([70.0, 0.0, 0.0], 1.0));
+    let reason = pipeline.submit(&large).unwrap_err().to_string();
+    assert!(reason.contains("262145 points") && reason.contains("max_points"), "{reason}");
 }

@@ -7,6 +7,7 @@ use limpid::input::PosedScans;
 
 use crate::support::data_dir;
 use crate::support::gpu::skipped;
+use crate::support::scan::ScanFrame;
 use crate::support::scan::{grid, run_one};
 
 const REFERENCE: &[u8] = include_bytes!("../../testdata/reference/lidar_intensity.bin");

@@ -1,22 +1,23 @@
 //! Costs of trajectories.
 
-use crate::support::scan::ScanOutput;
 use limpid::Config;
+use limpid::base::Rigid;
+use limpid::map::MapUpdate;
 use limpid::offline::score::{Score, Scorer};
 
 use crate::support::gpu::skipped;
 use crate::support::scan::{point, run_one, scan, still};
 
 /// A map of 8 m with costs that the test gives.
-fn map(cost_of: impl Fn(usize, usize) -> u8) -> ScanOutput {
+fn map(cost_of: impl Fn(usize, usize) -> u8) -> MapUpdate {
     let config = Config { scan_map_size_m: 8.0, ..Config::default() };
-    let mut out = run_one(&config, &still(scan(0, vec![point([1.05, 0.05, 0.2], 255.0)])));
+    let mut out = run_one(&config, &still(scan(0, vec![point([1.05, 0.05, 0.2], 255.0)]))).map;
     out.costmap = (0..80 * 80).map(|cell| cost_of(cell % 80, cell / 80)).collect();
     out
 }
 
 /// Sum over the cells along the arc, by many small steps.
-fn twin(map: &ScanOutput, [v, omega]: [f64; 2], horizon_s: f64) -> Score {
+fn twin(map: &MapUpdate, [v, omega]: [f64; 2], horizon_s: f64) -> Score {
     let (mut x, mut y, mut heading) = (0.0_f64, 0.0_f64, 0.0_f64);
     let mut score = Score { cost: 0, worst: 0, cells: 0, unknown: 0 };
     let (mut last, steps) = (None, 40_000);
@@ -50,8 +51,9 @@ fn truth_a_straight_way_costs_the_cells_it_crosses() {
     // A wall of cost 100 three metres ahead, one cell thick.
     let map = map(|x, _| if x == 70 { 100 } else { 1 });
     let mut scorer = Scorer::open(None, 80, 10, 200).unwrap();
-    let scores =
-        scorer.score_velocities(&map, &[[1.0, 0.0], [0.5, 0.0], [0.0, 0.0], [-1.0, 0.0]], 3.55).unwrap();
+    let scores = scorer
+        .score_velocities(&map, Rigid::IDENTITY, &[[1.0, 0.0], [0.5, 0.0], [0.0, 0.0], [-1.0, 0.0]], 3.55)
+        .unwrap();
     assert_eq!(scores[0], Score { cost: 35 + 100, worst: 100, cells: 36, unknown: 0 });
     assert_eq!(scores[1], Score { cost: 18, worst: 1, cells: 18, unknown: 0 });
     assert_eq!(scores[2], Score { cost: 1, worst: 1, cells: 1, unknown: 0 });
@@ -73,7 +75,7 @@ fn twin_on_arcs() {
         velocities.extend([-1.1, -0.4, 0.013, 0.0, 0.7].map(|omega| [v, omega]));
     }
     let mut scorer = Scorer::open(None, 80, 64, 200).unwrap();
-    let scores = scorer.score_velocities(&map, &velocities, 3.0).unwrap();
+    let scores = scorer.score_velocities(&map, Rigid::IDENTITY, &velocities, 3.0).unwrap();
     for (velocity, score) in velocities.iter().zip(&scores) {
         let want = twin(&map, *velocity, 3.0);
         // Half a cell a step may cut the corner of a cell; along straight lines on an edge rounding chooses the side.
@@ -93,7 +95,8 @@ fn bad_candidates_are_refused() {
     let map = map(|_, _| 0);
     let mut scorer = Scorer::open(None, 80, 2, 20).unwrap();
     let mut refused = |velocities: &[[f64; 2]], horizon_s: f64, part: &str| {
-        let error = scorer.score_velocities(&map, velocities, horizon_s).unwrap_err().to_string();
+        let error =
+            scorer.score_velocities(&map, Rigid::IDENTITY, velocities, horizon_s).unwrap_err().to_string();
         assert!(error.contains(part), "{error}");
     };
     refused(&[[1.0, 0.0]; 3], 1.0, "3 candidates; opened for 2");
@@ -104,6 +107,6 @@ fn bad_candidates_are_refused() {
     let error = scorer.score_trajectories(&map, &[vec![[0.0, f64::INFINITY]]]).unwrap_err().to_string();
     assert!(error.contains("no number"), "{error}");
     assert!(Scorer::open(None, 80, 0, 20).is_err() && Scorer::open(None, 80, u32::MAX, 20).is_err());
-    let other = ScanOutput { costmap: vec![0; 10], ..map.clone() };
-    assert!(scorer.score_velocities(&other, &[[1.0, 0.0]], 0.1).is_err());
+    let other = MapUpdate { costmap: vec![0; 10], ..map.clone() };
+    assert!(scorer.score_velocities(&other, Rigid::IDENTITY, &[[1.0, 0.0]], 0.1).is_err());
 }

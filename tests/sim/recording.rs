@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::support::run::Options;
+use limpid::mapper::Options;
 use limpid::config::Method;
 use limpid::input;
 use limpid::run::run;
@@ -83,14 +83,14 @@ fn recordings_come_back_and_the_methods_run_on_them() {
         "the same seed, the same bytes"
     );
     let config = Config { method: Method::Naive, ..Config::default() };
-    let mut source = input::open(&mcap, &config).unwrap();
+    let mut source = input::open_source(&mcap, &config, None).unwrap();
     let report =
         run(source.as_mut(), 0..u64::MAX, &config, &Options::default(), &mut [], &mut |_| {}).unwrap();
-    assert_eq!((report.frames, report.without_pose), (u64::from(FRAMES), 0));
+    assert_eq!((report.taken(), report.sensors[0].without_pose), (u64::from(FRAMES), 0));
     // The map's obstacles are where the truth has them, a cell more or less.
-    let last = report.last.unwrap();
-    let (truth, map) = (last_truth(&mcap), last.grid);
-    let lethal = (0..map.width * map.height).filter(|&i| last.costmap[i as usize] == 254);
+    let last = report.last().unwrap();
+    let (truth, map) = (last_truth(&mcap), last.map.as_ref().unwrap().grid);
+    let lethal = (0..map.width * map.height).filter(|&i| last.map.as_ref().unwrap().costmap[i as usize] == 254);
     let (mut near, mut all) = (0, 0);
     for cell in lethal {
         let x = map.origin_x_m + f64::from(cell % map.width) * map.resolution_m;

@@ -83,13 +83,15 @@ pub(crate) struct ScanOutput {
     pub(crate) glass: Option<LabelledScan>,
     pub(crate) layers: Option<ScanLayers>,
     pub(crate) map: MapUpdate,
+    pub(crate) update: Update,
 }
 
 impl From<Update> for ScanOutput {
     fn from(update: Update) -> Self {
         let lidar = update.lidar().unwrap().clone();
-        let map = update.map.unwrap();
+        let map = update.map.clone().unwrap();
         Self {
+            update: update.clone(),
             index: update.index,
             stamp_ns: update.stamp_ns,
             map_frame: update.map_frame,
