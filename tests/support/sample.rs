@@ -3,15 +3,19 @@
 use std::path::PathBuf;
 
 use glam::{DQuat, DVec3};
+use limpid::Config;
 use limpid::base::Rigid;
-use limpid::frame::{Counters, FrameImages, FrameLayers, FrameOutput};
-use limpid::lidar::{CellClass, ScanOutput};
-use limpid::map::Grid;
-use limpid::sensor::{DepthImage, DepthSamples, RgbdFrame};
+use limpid::map::{
+    CameraUpdate, CellClass, Counters, FrameImages, FrameLayers, Grid, LidarUpdate, MapUpdate, Seen, State,
+    Update, Verdict,
+};
+use limpid::mapper::SensorInfo;
+use limpid::sensor::{CameraInfo, DepthImage, DepthSamples, Observation, RgbdFrame};
 use tempfile::TempDir;
 
 use super::drive;
 use super::room::Room;
+use super::scan::scan;
 
 pub(crate) const STAMP_NS: u64 = 1_700_000_001_234_567_890;
 /// The depth image is younger than the colour image that the result's stamp comes from.
@@ -26,12 +30,44 @@ pub(crate) fn output_folder() -> (TempDir, PathBuf) {
     (temporary, folder)
 }
 
-/// 3x2 pixels of 16UC1 depth in a frame called `optical`.
-pub(crate) fn input(samples: DepthSamples) -> RgbdFrame {
+/// A camera of that name.
+pub(crate) fn camera(name: &str, config: &Config) -> SensorInfo {
+    let info = CameraInfo {
+        depth: drive::camera(),
+        float_depth: false,
+        color: None,
+        color_aligned: false,
+        confidence: false,
+    };
+    SensorInfo { name: name.into(), ..SensorInfo::camera(config, info) }
+}
+
+/// A lidar of that name.
+pub(crate) fn lidar(name: &str, config: &Config) -> SensorInfo {
+    SensorInfo { name: name.into(), ..SensorInfo::lidar(config, scan(0, Vec::new())) }
+}
+
+/// One camera.
+pub(crate) fn alone() -> [SensorInfo; 1] {
+    [camera("camera", &Config::default())]
+}
+
+/// 3x2 pixels of depth in a frame called `optical`.
+pub(crate) fn frame(samples: DepthSamples) -> RgbdFrame {
     let mut camera = drive::camera();
     (camera.width, camera.height) = (3, 2);
     let depth = DepthImage { stamp_ns: DEPTH_STAMP_NS, frame_id: "optical".into(), camera, samples };
     RgbdFrame { index: 12, depth, color: None, color_from_depth: None, confidence: None, pose: None }
+}
+
+/// What a frame came as.
+pub(crate) fn observed(frame: RgbdFrame) -> Observation {
+    Observation::of_frame(0, "map", frame)
+}
+
+/// 3x2 pixels of 16UC1 depth in a frame called `optical`.
+pub(crate) fn input() -> Observation {
+    observed(frame(millimetres()))
 }
 
 pub(crate) fn millimetres() -> DepthSamples {
@@ -41,21 +77,12 @@ pub(crate) fn millimetres() -> DepthSamples {
 /// Reliability of the 3x2 pixels; the third is tau itself as the GPU has it.
 pub(crate) const RELIABILITY: [f32; 6] = [1.0, 0.5, 0.3, 0.301, 0.0, 0.0];
 
-/// A grid of 16x17 cells (272) whose first 256 costs are 0..=255.
-pub(crate) fn output() -> FrameOutput {
+/// What came of the frame, with a grid of 16x17 cells (272) whose first 256 costs are 0..=255.
+pub(crate) fn output() -> Update {
     let costmap: Vec<u8> = (0..=255).chain([0; 16]).collect();
     let cells = costmap.len();
     let layer = |value: f32| (0..cells).map(|i| if i == 20 { value } else { 0.0 }).collect::<Vec<f32>>();
-    FrameOutput {
-        index: 12,
-        stamp_ns: STAMP_NS,
-        map_from_base: Rigid {
-            rotation: DQuat::from_rotation_z(0.5),
-            translation_m: DVec3::new(1.5, -2.0, 0.25),
-        },
-        base_from_camera: drive::base_from_camera(),
-        grid: Grid { origin_x_m: 1.05, origin_y_m: -2.45, resolution_m: 0.05, width: 16, height: 17 },
-        costmap,
+    let camera = CameraUpdate {
         counters: Counters { pixels: 6, valid: 4, low_reliability: 3, hits: 2, ..Counters::default() },
         low_reliability_fraction: 0.5,
         degraded: false,
@@ -72,35 +99,81 @@ pub(crate) fn output() -> FrameOutput {
             occupied: layer(1.0),
             free: layer(0.0),
         }),
+    };
+    let map = MapUpdate {
+        grid: Grid { origin_x_m: 1.05, origin_y_m: -2.45, resolution_m: 0.05, width: 16, height: 17 },
+        costmap,
+        verdicts: Vec::new(),
+        classes: Vec::new(),
+        towards_goal: None,
+        state: State::Ok,
+        sensors: vec![State::Ok],
+    };
+    Update {
+        sensor: Some(0),
+        index: 12,
+        stamp_ns: STAMP_NS,
+        map_frame: "map".into(),
+        map_from_base: Rigid {
+            rotation: DQuat::from_rotation_z(0.5),
+            translation_m: DVec3::new(1.5, -2.0, 0.25),
+        },
+        base_from_sensor: drive::base_from_camera(),
+        seen: Some(Seen::Camera(camera)),
+        map: Some(map),
         pass_start_ms: vec![0.0, 0.5, 0.75],
         pass_ms: vec![("ingest".into(), 0.5), ("fuse".into(), 0.25), ("ingest".into(), 0.125)],
     }
 }
 
-/// A plan map of the same costs, all of them of class free.
-pub(crate) fn plan() -> ScanOutput {
-    let FrameOutput { index, stamp_ns, map_from_base, base_from_camera, grid, costmap, .. } = output();
-    ScanOutput {
-        index,
-        stamp_ns,
-        map_frame: "map".into(),
-        map_from_base,
-        base_from_lidar: base_from_camera,
-        towards_goal: None,
-        grid,
-        classes: vec![CellClass::Free as u8; costmap.len()],
-        costmap,
-        pose_jumped: false,
-        points: 0,
-        glass: None,
-        layers: None,
-        pass_ms: Vec::new(),
-    }
+/// The same with other values for the camera.
+pub(crate) fn with_camera(change: impl FnOnce(&mut CameraUpdate)) -> Update {
+    let mut update = output();
+    let Some(Seen::Camera(camera)) = &mut update.seen else { panic!("a camera's") };
+    change(camera);
+    update
 }
+
+/// The same with other images.
+pub(crate) fn with_images(change: impl FnOnce(&mut FrameImages)) -> Update {
+    with_camera(|camera| change(camera.images.as_mut().unwrap()))
+}
+
+/// The same with another map.
+pub(crate) fn with_map(change: impl FnOnce(&mut MapUpdate)) -> Update {
+    let mut update = output();
+    change(update.map.as_mut().unwrap());
+    update
+}
+
+/// What came of a scan of no points: the same map, all of its cells of class free.
+pub(crate) fn scan_output() -> Update {
+    let lidar = LidarUpdate { points: 0, pose_jumped: false, glass: None, layers: None };
+    let update = with_map(|map| map.classes = vec![CellClass::Free as u8; map.costmap.len()]);
+    Update { seen: Some(Seen::Lidar(lidar)), pass_ms: Vec::new(), pass_start_ms: Vec::new(), ..update }
+}
+
+/// A published map of two sensors, the second of them stale, in which every row of the rule has a cell; of the first cell the
+/// second sensor says that it is glass, since 2.5 s.
+pub(crate) fn published() -> Update {
+    let update = with_map(|map| {
+        map.verdicts = vec![Verdict::pack(0, 8, Some(1), 3); map.costmap.len()];
+        for (cell, (row, cost)) in ROWS.into_iter().enumerate() {
+            map.verdicts[cell] = Verdict::pack(cost, row, Some(1), 25);
+        }
+        map.classes = vec![CellClass::Free as u8; map.costmap.len()];
+        (map.state, map.sensors) = (State::Stale, vec![State::Ok, State::Stale]);
+    });
+    Update { sensor: None, index: 3, seen: None, base_from_sensor: Rigid::IDENTITY, ..update }
+}
+
+/// Rows of the rule with their costs.
+pub(crate) const ROWS: [(u32, u8); 11] =
+    [(1, 254), (2, 254), (3, 254), (4, 254), (5, 0), (6, 254), (7, 50), (8, 0), (9, 0), (10, 255), (11, 255)];
 
 /// A result that looks like a real one: the living room's truth with nav2's inflation, the camera's
 /// view with an unreliable patch and a hole. For pictures.
-pub(crate) fn picture() -> FrameOutput {
+pub(crate) fn picture() -> Update {
     let (room, camera) = (Room::living_room(), drive::camera());
     let stamp_ns = drive::image_stamp_ns(12);
     let grid = Grid { origin_x_m: -6.0, origin_y_m: -6.0, resolution_m: 0.05, width: 240, height: 240 };
@@ -113,16 +186,13 @@ pub(crate) fn picture() -> FrameOutput {
         color: Some(room.color(&camera, drive::map_from_camera(stamp_ns))),
     };
     spoil(&mut images);
-    FrameOutput {
-        stamp_ns,
-        map_from_base: drive::map_from_base(stamp_ns),
-        grid,
-        costmap: inflated_truth(&room, &grid),
-        low_reliability_fraction: 0.62,
-        degraded: true,
-        images: Some(images),
-        ..output()
-    }
+    let mut update = with_camera(|camera| {
+        (camera.low_reliability_fraction, camera.degraded) = (0.62, true);
+        camera.images = Some(images);
+    });
+    let map = update.map.as_mut().unwrap();
+    (map.costmap, map.grid) = (inflated_truth(&room, &grid), grid);
+    Update { stamp_ns, map_from_base: drive::map_from_base(stamp_ns), ..update }
 }
 
 /// Low reliability in one ellipse, a hole in another.

@@ -1,22 +1,20 @@
 //! The saved map, byte for byte, and read as nav2's map_server would.
 
-use limpid::frame::{FrameLayers, FrameOutput};
-use limpid::lidar::{CellClass, ScanOutput};
-use limpid::map::Grid;
-use limpid::output::{save_map, save_plan};
+use limpid::map::{CellClass, Grid, MapUpdate, Verdict};
+use limpid::output::save_map;
 use tempfile::TempDir;
 
 use crate::support::sample;
 
-fn small_map() -> FrameOutput {
+fn small_map() -> MapUpdate {
     let grid = Grid { origin_x_m: -1.5, origin_y_m: 2.0, resolution_m: 0.05, width: 3, height: 2 };
-    FrameOutput { grid, costmap: vec![0, 254, 255, 253, 1, 252], layers: None, ..sample::output() }
+    MapUpdate { grid, costmap: vec![0, 254, 255, 253, 1, 252], ..sample::output().map.unwrap() }
 }
 
 #[test]
 fn picture_and_description_are_exact() {
     let folder = TempDir::new().unwrap();
-    let [picture, description] = save_map(&folder.path().join("office.v2"), &small_map()).unwrap();
+    let [picture, description] = save_map(&folder.path().join("office.v2"), &small_map(), None).unwrap();
     assert_eq!(picture, folder.path().join("office.v2.pgm"));
     // Top row = largest y: inscribed, which may be unknown, and inflated, which is free; below free, lethal, unknown.
     assert_eq!(std::fs::read(picture).unwrap(), b"P5\n3 2\n255\n\xcd\xfe\xfe\xfe\x00\xcd");
@@ -36,34 +34,56 @@ fn greys(picture: &std::path::Path) -> Vec<u8> {
 #[test]
 fn an_inscribed_cell_is_free_only_where_the_layers_say_so() {
     let folder = TempDir::new().unwrap();
-    let layers = |free: Vec<f32>| {
-        let none = vec![0.0; 6];
-        Some(FrameLayers { evidence: none.clone(), occupancy: none.clone(), occupied: none, free })
-    };
-    let costmap = vec![253, 253, 254, 255, 0, 252];
-    let map = FrameOutput { costmap, layers: layers(vec![0.0, 1.0, 0.0, 0.0, 1.0, 1.0]), ..small_map() };
-    let [picture, _] = save_map(folder.path(), &map).unwrap();
+    let map = MapUpdate { costmap: vec![253, 253, 254, 255, 0, 252], ..small_map() };
+    let [picture, _] = save_map(folder.path(), &map, Some(&[0.0, 1.0, 0.0, 0.0, 1.0, 1.0])).unwrap();
     assert_eq!(greys(&picture), [205, 254, 0, 205, 254, 254]);
-    let short = FrameOutput { layers: layers(vec![1.0; 5]), ..map };
-    let error = save_map(folder.path(), &short).unwrap_err().to_string();
+    let error = save_map(folder.path(), &map, Some(&[1.0; 5])).unwrap_err().to_string();
     assert!(error.contains("free cells does not fill the grid"), "{error}");
 }
 
 #[test]
-fn a_plan_map_s_inscribed_cells_are_unknown_unless_passable() {
+fn inscribed_cells_of_a_lidar_s_map_are_unknown_unless_passable() {
     let folder = TempDir::new().unwrap();
     let [unknown, free, solid, passable, _, inflated] = CellClass::ALL.map(|class| class as u8);
-    let plan = ScanOutput {
-        grid: small_map().grid,
+    let map = MapUpdate {
         costmap: vec![253, 252, 253, 254, 255, 0],
         classes: vec![inflated, inflated, passable, solid, unknown, free],
-        ..sample::plan()
+        ..small_map()
     };
-    let [picture, _] = save_plan(folder.path(), &plan).unwrap();
+    let [picture, _] = save_map(folder.path(), &map, None).unwrap();
     assert_eq!(greys(&picture), [205, 254, 254, 0, 205, 254]);
-    let short = ScanOutput { classes: vec![free; 5], ..plan };
-    let error = save_plan(folder.path(), &short).unwrap_err().to_string();
+    // A camera's layer says nothing where classes do.
+    let [picture, _] = save_map(folder.path(), &map, Some(&[1.0; 6])).unwrap();
+    assert_eq!(greys(&picture)[0], 205);
+    let short = MapUpdate { classes: vec![free; 5], ..map };
+    let error = save_map(folder.path(), &short, None).unwrap_err().to_string();
     assert!(error.contains("6 costs and 5 classes"), "{error}");
+}
+
+#[test]
+fn verdicts_say_what_is_free_under_inflation() {
+    let folder = TempDir::new().unwrap();
+    let verdict = |cost, row| Verdict::pack(cost, row, Some(0), 1);
+    let map = MapUpdate {
+        costmap: vec![253, 253, 253, 253, 253, 254],
+        // Free, passable, unknown, stale, not asked, occupied.
+        verdicts: vec![
+            verdict(0, 8),
+            verdict(50, 7),
+            verdict(255, 10),
+            verdict(255, 11),
+            Verdict::default(),
+            verdict(254, 6),
+        ],
+        // What the classes say is not asked for.
+        classes: vec![CellClass::Inflated as u8; 6],
+        ..small_map()
+    };
+    let [picture, _] = save_map(folder.path(), &map, None).unwrap();
+    assert_eq!(greys(&picture), [254, 254, 205, 205, 205, 0]);
+    let short = MapUpdate { verdicts: vec![verdict(0, 8); 7], ..map };
+    let error = save_map(folder.path(), &short, None).unwrap_err().to_string();
+    assert!(error.contains("6 costs and 7 verdicts"), "{error}");
 }
 
 #[derive(serde::Deserialize)]
@@ -92,7 +112,7 @@ fn loaded(grey: u8, map: &Description) -> i8 {
 #[test]
 fn map_server_reads_back_what_was_saved() {
     let folder = TempDir::new().unwrap();
-    let [picture, description] = save_map(folder.path(), &small_map()).unwrap();
+    let [picture, description] = save_map(folder.path(), &small_map(), None).unwrap();
     let map: Description = serde_saphyr::from_str(&std::fs::read_to_string(description).unwrap()).unwrap();
     assert_eq!((map.image.as_str(), map.resolution, map.origin), ("map.pgm", 0.05, [-1.5, 2.0, 0.0]));
     let bytes = std::fs::read(picture).unwrap();

@@ -4,42 +4,40 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use byteorder::LittleEndian;
-use limpid::frame::FrameOutput;
-use limpid::lidar::ScanPose;
-use limpid::output::{McapSink, ScanMcapSink, Sink, occupancy_of_cost};
-use limpid::sensor::Distortion;
-use limpid::sensor::{DepthSamples, RgbdFrame};
+use limpid::map::Update;
+use limpid::mapper::SensorInfo;
+use limpid::output::{McapSink, Sink, occupancy_of_cost};
+use limpid::sensor::{DepthSamples, Distortion, Observation};
 use limpid::{Config, Error};
 use serde::Deserialize;
 use serde_bytes::ByteBuf;
 use tempfile::TempDir;
 
 use crate::support::sample;
-use crate::support::scan::{posed, scan};
 
-type Time = (i32, u32);
-type Header = (Time, String);
-type Transform = ([f64; 3], [f64; 4]);
+pub(super) type Time = (i32, u32);
+pub(super) type Header = (Time, String);
+pub(super) type Transform = ([f64; 3], [f64; 4]);
 type Grid = (Header, (Time, f32, u32, u32, Transform), ByteBuf);
 type Costmap = (Header, (Time, Time, String, f32, u32, u32, Transform), ByteBuf);
 type Image = (Header, u32, u32, String, u8, u32, ByteBuf);
 type Calibration =
     (Header, u32, u32, String, Vec<f64>, [f64; 9], [f64; 9], [f64; 12], [u32; 2], ([u32; 4], bool));
-type Transforms = Vec<(Header, String, Transform)>;
-type Diagnostics = (Header, Vec<(u8, String, String, String, Vec<(String, String)>)>);
+pub(super) type Transforms = Vec<(Header, String, Transform)>;
+pub(super) type Diagnostics = (Header, Vec<(u8, String, String, String, Vec<(String, String)>)>);
 
 const STAMP: Time = (1_700_000_001, 234_567_890);
 const DEPTH_STAMP: Time = (1_700_000_001, 241_567_890);
 
-struct Message {
-    topic: String,
-    schema_name: String,
-    schema: String,
-    log_time: u64,
-    data: Vec<u8>,
+pub(super) struct Message {
+    pub(super) topic: String,
+    pub(super) schema_name: String,
+    pub(super) schema: Vec<u8>,
+    pub(super) log_time: u64,
+    pub(super) data: Vec<u8>,
 }
 
-fn read(path: &Path) -> Vec<Message> {
+pub(super) fn read(path: &Path) -> Vec<Message> {
     let bytes = std::fs::read(path).unwrap();
     let summary = ::mcap::Summary::read(&bytes).unwrap().expect("has a summary");
     assert_eq!(summary.chunk_indexes.first().unwrap().compression, "zstd");
@@ -48,20 +46,22 @@ fn read(path: &Path) -> Vec<Message> {
 
 fn own(message: &::mcap::Message<'_>) -> Message {
     let schema = message.channel.schema.as_ref().unwrap();
-    assert_eq!((schema.encoding.as_str(), message.channel.message_encoding.as_str()), ("ros2msg", "cdr"));
+    let foxglove = schema.name.starts_with("foxglove.");
+    let encodings = if foxglove { ("protobuf", "protobuf") } else { ("ros2msg", "cdr") };
+    assert_eq!((schema.encoding.as_str(), message.channel.message_encoding.as_str()), encodings);
     assert_eq!(message.log_time, message.publish_time);
-    assert_eq!(message.data[..4], [0, 1, 0, 0], "CDR little endian");
+    assert!(foxglove || message.data[..4] == [0, 1, 0, 0], "CDR little endian");
     Message {
         topic: message.channel.topic.clone(),
         schema_name: schema.name.clone(),
-        schema: String::from_utf8(schema.data.to_vec()).unwrap(),
+        schema: schema.data.to_vec(),
         log_time: message.log_time,
         data: message.data.to_vec(),
     }
 }
 
 /// The only message of `topic`, all its bytes used.
-fn decode<T: for<'a> Deserialize<'a>>(messages: &[Message], topic: &str) -> T {
+pub(super) fn decode<T: for<'a> Deserialize<'a>>(messages: &[Message], topic: &str) -> T {
     let mut of_topic = messages.iter().filter(|m| m.topic == topic);
     let message = of_topic.next().unwrap_or_else(|| panic!("no message on {topic}"));
     assert!(of_topic.next().is_none(), "more than one message on {topic}");
@@ -70,25 +70,35 @@ fn decode<T: for<'a> Deserialize<'a>>(messages: &[Message], topic: &str) -> T {
     value
 }
 
-fn write(input: &RgbdFrame, output: &FrameOutput) -> (TempDir, PathBuf) {
-    write_with(&Config { cloud_stride: 1, ..Config::default() }, input, output)
+fn write(observation: &Observation, update: &Update) -> (TempDir, PathBuf) {
+    write_with(&Config { cloud_stride: 1, ..Config::default() }, observation, update)
 }
 
-fn write_with(config: &Config, input: &RgbdFrame, output: &FrameOutput) -> (TempDir, PathBuf) {
+fn write_with(config: &Config, observation: &Observation, update: &Update) -> (TempDir, PathBuf) {
+    write_all(config, &[sample::camera("camera", config)], &[(update, Some(observation))])
+}
+
+pub(super) fn write_all(
+    config: &Config,
+    sensors: &[SensorInfo],
+    results: &[(&Update, Option<&Observation>)],
+) -> (TempDir, PathBuf) {
     let folder = TempDir::new().unwrap();
     let path = folder.path().join("out.mcap");
-    let mut sink = McapSink::create(&path, config).unwrap();
-    sink.write(input, output).unwrap();
+    let mut sink = McapSink::create(&path, config, sensors).unwrap();
+    for (update, observation) in results {
+        sink.write(update, *observation).unwrap();
+    }
     sink.finish().unwrap();
     (folder, path)
 }
 
-fn written(input: &RgbdFrame, output: &FrameOutput) -> Vec<Message> {
-    read(&write(input, output).1)
+fn written(observation: &Observation, update: &Update) -> Vec<Message> {
+    read(&write(observation, update).1)
 }
 
 fn sample_messages() -> Vec<Message> {
-    written(&sample::input(sample::millimetres()), &sample::output())
+    written(&sample::input(), &sample::output())
 }
 
 #[test]
@@ -113,7 +123,7 @@ fn topics_types_and_times() {
 
 #[test]
 fn header_says_ros2() {
-    let (_folder, path) = write(&sample::input(sample::millimetres()), &sample::output());
+    let (_folder, path) = write(&sample::input(), &sample::output());
     let bytes = std::fs::read(path).unwrap();
     // Magic (8), opcode (1), length (8), then the profile as a string with a 32-bit length.
     assert_eq!(&bytes[17..25], b"\x04\0\0\0ros2");
@@ -122,10 +132,11 @@ fn header_says_ros2() {
 #[test]
 fn schemas_define_every_type_they_use() {
     for message in sample_messages() {
-        let parts: Vec<_> = message.schema.split(&format!("{}\n", "=".repeat(80))).collect();
+        let schema = std::str::from_utf8(&message.schema).unwrap();
+        let parts: Vec<_> = schema.split(&format!("{}\n", "=".repeat(80))).collect();
         let names: Vec<_> =
             parts[1..].iter().map(|p| p.lines().next().unwrap().strip_prefix("MSG: ").unwrap()).collect();
-        let types = message.schema.lines().filter(|l| !l.starts_with(['#', 'M']));
+        let types = schema.lines().filter(|l| !l.starts_with(['#', 'M']));
         let used = types.filter_map(|l| l.split([' ', '[']).next()).filter(|t| t.contains('/'));
         for used in used {
             assert!(names.contains(&used), "{}: {used} is not defined", message.schema_name);
@@ -136,20 +147,20 @@ fn schemas_define_every_type_they_use() {
 
 #[test]
 fn grids_hold_geometry_and_costs() {
-    let (messages, output) = (sample_messages(), sample::output());
+    let (messages, costmap) = (sample_messages(), sample::output().map.unwrap().costmap);
     let origin = ([1.05, -2.45, 0.0], [0.0, 0.0, 0.0, 1.0]);
     let (header, info, data) = decode::<Grid>(&messages, "/limpid/costmap");
     assert_eq!(header, (STAMP, "map".into()));
     assert_eq!(info, (STAMP, 0.05, 16, 17, origin));
-    for (cell, (&value, &cost)) in data.iter().zip(&output.costmap).enumerate() {
+    for (cell, (&value, &cost)) in data.iter().zip(&costmap).enumerate() {
         assert_eq!(value.cast_signed(), nav2_translation(cost), "cell {cell}");
     }
-    assert_eq!(data.len(), output.costmap.len());
+    assert_eq!(data.len(), costmap.len());
 
     let (header, metadata, data) = decode::<Costmap>(&messages, "/limpid/costmap_raw");
     assert_eq!(header, (STAMP, "map".into()));
     assert_eq!(metadata, (STAMP, STAMP, "limpid".into(), 0.05, 16, 17, origin));
-    assert_eq!(data.as_slice(), output.costmap);
+    assert_eq!(data.as_slice(), costmap);
 }
 
 /// The text of nav2's rule, in floating point: 1..=252 are scaled to 1..=98 and cut off.
@@ -208,7 +219,7 @@ fn filtered_depth_keeps_encoding_and_drops_up_to_tau() {
     assert_eq!(raw, [1000, 1001, 0, 1003, 0, 0], "tau = 0.3 itself is dropped");
 
     let metres = DepthSamples::Metres(vec![1.5, f32::NAN, 2.5, 3.5, f32::INFINITY, -1.0]);
-    let messages = written(&sample::input(metres), &sample::output());
+    let messages = written(&sample::observed(sample::frame(metres)), &sample::output());
     let (_, _, _, encoding, _, step, data) = decode::<Image>(&messages, "/limpid/depth_filtered/image");
     assert_eq!((encoding.as_str(), step), ("32FC1", 12));
     let found = floats(&data);
@@ -237,7 +248,7 @@ fn trusted_points_are_the_pixels_above_tau() {
         floats(&data)
     );
 
-    let input = sample::input(sample::millimetres());
+    let input = sample::input();
     let strided = Config { cloud_stride: 2, ..Config::default() };
     let (_, _, width, .., dense): Cloud =
         decode(&read(&write_with(&strided, &input, &sample::output()).1), topic);
@@ -260,9 +271,9 @@ fn calibration_is_complete() {
         (Distortion::RationalPolynomial(lens), "rational_polynomial", lens.to_vec()),
     ];
     for (distortion, model, d) in models {
-        let mut input = sample::input(sample::millimetres());
-        input.depth.camera.distortion = distortion;
-        let found = decode::<Calibration>(&written(&input, &sample::output()), topic);
+        let mut frame = sample::frame(sample::millimetres());
+        frame.depth.camera.distortion = distortion;
+        let found = decode::<Calibration>(&written(&sample::observed(frame), &sample::output()), topic);
         let header = (DEPTH_STAMP, "optical".into());
         assert_eq!(found, (header, 2, 3, model.into(), d, k, r, p, [0; 2], ([0; 4], false)));
     }
@@ -277,23 +288,30 @@ fn transforms_reach_from_map_to_camera() {
     assert_eq!(base.2, ([1.5, -2.0, 0.25], [0.0, 0.0, 0.25_f64.sin(), 0.25_f64.cos()]));
     assert_eq!((&camera.0, camera.1.as_str()), (&(DEPTH_STAMP, "base_link".into()), "optical"));
     assert_eq!(camera.2.0, [0.15, 0.0, 0.6]);
-    assert_eq!(camera.2.1, output.base_from_camera.rotation.to_array());
+    assert_eq!(camera.2.1, output.base_from_sensor.rotation.to_array());
 }
 
 #[test]
 fn a_base_that_is_the_camera_is_not_its_own_parent() {
-    let mut input = sample::input(sample::millimetres());
-    input.depth.frame_id = "base_link".into();
-    let transforms = decode::<Transforms>(&written(&input, &sample::output()), "/tf");
-    assert_eq!(transforms.iter().map(|t| t.1.as_str()).collect::<Vec<_>>(), ["base_link"]);
+    let transforms = |frame_id: &str| {
+        let mut frame = sample::frame(sample::millimetres());
+        frame.depth.frame_id = frame_id.into();
+        written(&sample::observed(frame), &sample::output())
+    };
+    let found = decode::<Transforms>(&transforms("base_link"), "/tf");
+    assert_eq!(found.iter().map(|t| t.1.as_str()).collect::<Vec<_>>(), ["base_link"]);
+    assert!(transforms("map").iter().all(|m| m.topic != "/tf"), "a map that is the camera's own frame");
 }
 
 #[test]
 fn diagnostics_carry_state_counters_and_times() {
     let (header, status) = decode::<Diagnostics>(&sample_messages(), "/limpid/diagnostics");
     assert_eq!(header, (STAMP, String::new()));
-    let [(level, _, message, hardware, values)] = status.as_slice() else { panic!("{status:?}") };
+    let [(level, name, message, hardware, values), map] = status.as_slice() else { panic!("{status:?}") };
     assert_eq!((*level, hardware.as_str()), (0, "optical"));
+    assert_eq!(name, "limpid: depth reliability");
+    assert_eq!((map.0, map.1.as_str(), map.2.as_str(), map.3.as_str()), (0, "limpid: map", "OK", "map"));
+    assert_eq!(map.4, [("camera".to_string(), "OK".to_string())]);
     assert!(message.starts_with("OK"), "{message}");
     let value = |key: &str| values.iter().find(|(k, _)| k == key).map(|(_, v)| v.as_str());
     assert_eq!(value("low_reliability_fraction"), Some("0.5"));
@@ -301,8 +319,7 @@ fn diagnostics_carry_state_counters_and_times() {
     assert_eq!((value("fuse_ms"), value("inflate_ms")), (Some("0.2500"), None));
     assert_eq!(value("ingest_ms"), Some("0.6250"), "two runs of a pass are summed");
 
-    let degraded = FrameOutput { degraded: true, ..sample::output() };
-    let messages = written(&sample::input(sample::millimetres()), &degraded);
+    let messages = written(&sample::input(), &sample::with_camera(|camera| camera.degraded = true));
     let (_, status) = decode::<Diagnostics>(&messages, "/limpid/diagnostics");
     assert_eq!(status[0].0, 1, "WARN");
     assert!(status[0].2.starts_with("DEGRADED: 50 %"), "{}", status[0].2);
@@ -310,8 +327,7 @@ fn diagnostics_carry_state_counters_and_times() {
 
 #[test]
 fn without_images_only_grids_tf_and_diagnostics() {
-    let output = FrameOutput { images: None, ..sample::output() };
-    let messages = written(&sample::input(sample::millimetres()), &output);
+    let messages = written(&sample::input(), &sample::with_camera(|camera| camera.images = None));
     let topics: Vec<_> = messages.iter().map(|m| m.topic.as_str()).collect();
     assert_eq!(topics, ["/limpid/costmap", "/limpid/costmap_raw", "/limpid/diagnostics", "/tf"]);
 }
@@ -320,25 +336,24 @@ fn without_images_only_grids_tf_and_diagnostics() {
 fn images_of_another_size_are_refused() {
     let folder = TempDir::new().unwrap();
     let path = folder.path().join("out.mcap");
-    let mut sink = McapSink::create(&path, &Config::default()).unwrap();
-    let mut output = sample::output();
-    output.images.as_mut().unwrap().width = 2;
-    let error = sink.write(&sample::input(sample::millimetres()), &output).unwrap_err();
+    let mut sink = McapSink::create(&path, &Config::default(), &sample::alone()).unwrap();
+    let output = sample::with_images(|images| images.width = 2);
+    let error = sink.write(&output, Some(&sample::input())).unwrap_err();
     assert!(matches!(&error, Error::Encode { path: p, .. } if *p == path), "{error}");
 
-    let mut output = sample::output();
-    output.costmap.pop();
-    let error = sink.write(&sample::input(sample::millimetres()), &output).unwrap_err();
+    let output = sample::with_map(|map| drop(map.costmap.pop()));
+    let error = sink.write(&output, Some(&sample::input())).unwrap_err();
     assert!(error.to_string().ends_with("271 costs do not fill a grid of 16x17 cells"), "{error}");
 }
 
 #[test]
 fn finishing_twice_is_fine_and_writing_afterwards_is_an_error() {
     let folder = TempDir::new().unwrap();
-    let mut sink = McapSink::create(&folder.path().join("out.mcap"), &Config::default()).unwrap();
+    let mut sink =
+        McapSink::create(&folder.path().join("out.mcap"), &Config::default(), &sample::alone()).unwrap();
     sink.finish().unwrap();
     sink.finish().unwrap();
-    let error = sink.write(&sample::input(sample::millimetres()), &sample::output()).unwrap_err();
+    let error = sink.write(&sample::input(), &sample::output()).unwrap_err();
     assert!(error.to_string().contains("out.mcap"), "{error}");
 }
 
@@ -346,8 +361,8 @@ fn finishing_twice_is_fine_and_writing_afterwards_is_an_error() {
 fn a_dropped_sink_leaves_a_complete_file() {
     let folder = TempDir::new().unwrap();
     let path = folder.path().join("out.mcap");
-    let mut sink = McapSink::create(&path, &Config::default()).unwrap();
-    sink.write(&sample::input(sample::millimetres()), &sample::output()).unwrap();
+    let mut sink = McapSink::create(&path, &Config::default(), &sample::alone()).unwrap();
+    sink.write(&sample::input(), &sample::output()).unwrap();
     drop(sink);
     assert_eq!(read(&path).len(), 9);
 }
@@ -356,30 +371,17 @@ fn a_dropped_sink_leaves_a_complete_file() {
 fn a_killed_run_leaves_what_was_flushed() {
     let folder = TempDir::new().unwrap();
     let path = folder.path().join("out.mcap");
-    let mut sink = McapSink::create(&path, &Config::default()).unwrap();
+    let mut sink = McapSink::create(&path, &Config::default(), &sample::alone()).unwrap();
     for _ in 0..40 {
-        sink.write(&sample::input(sample::millimetres()), &sample::output()).unwrap();
+        sink.write(&sample::input(), &sample::output()).unwrap();
     }
     let readable = readable(&path, "/limpid/costmap");
     assert!((26..40).contains(&readable), "{readable} of 40 frames");
     sink.finish().unwrap();
 }
 
-#[test]
-fn a_killed_run_leaves_the_plan_maps_that_were_flushed() {
-    let folder = TempDir::new().unwrap();
-    let path = folder.path().join("out.mcap");
-    let mut sink = ScanMcapSink::create(&path, &Config::default()).unwrap();
-    for _ in 0..40 {
-        sink.write(&posed(scan(0, Vec::new()), ScanPose::SENSOR), &sample::plan()).unwrap();
-    }
-    let readable = readable(&path, "/limpid/plan");
-    assert!((26..40).contains(&readable), "{readable} of 40 scans");
-    sink.finish().unwrap();
-}
-
 /// Messages of a topic that can be read as after a kill: what the operating system has now, no footer.
-fn readable(path: &Path, topic: &str) -> usize {
+pub(super) fn readable(path: &Path, topic: &str) -> usize {
     let bytes = std::fs::read(path).unwrap();
     let options = ::mcap::read::Options::IgnoreEndMagic.into();
     let stream = ::mcap::MessageStream::new_with_options(&bytes, options).unwrap();

@@ -8,4 +8,5 @@ mod map_server;
 mod mcap;
 mod pictures;
 mod room;
+mod several;
 mod unwritable;

@@ -9,24 +9,24 @@ use tempfile::TempDir;
 use crate::support::sample;
 
 fn write_one(mut sink: impl Sink) -> Result<()> {
-    sink.write(&sample::input(sample::millimetres()), &sample::output())?;
+    sink.write(&sample::output(), Some(&sample::input()))?;
     sink.finish()
 }
 
 fn mcap(path: &Path) -> Result<()> {
-    write_one(McapSink::create(path, &Config::default())?)
+    write_one(McapSink::create(path, &Config::default(), &sample::alone())?)
 }
 
 fn png(path: &Path) -> Result<()> {
-    write_one(PngSink::create(path, &Config::default())?)
+    write_one(PngSink::create(path, &Config::default(), &sample::alone())?)
 }
 
 fn dump(path: &Path) -> Result<()> {
-    write_one(DumpSink::create(path, &Config::default())?)
+    write_one(DumpSink::create(path, &Config::default(), &sample::alone())?)
 }
 
 fn map(path: &Path) -> Result<()> {
-    save_map(path, &sample::output()).map(|_| ())
+    save_map(path, &sample::output().map.unwrap(), None).map(|_| ())
 }
 
 type Write = fn(&Path) -> Result<()>;

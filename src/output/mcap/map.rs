@@ -4,7 +4,8 @@ use serde_bytes::Bytes;
 
 use super::Out;
 use crate::base::Result;
-use crate::map::{CellClass, Grid, MapUpdate};
+use crate::map::{CellClass, Grid, MapUpdate, Verdict};
+use crate::message::foxglove;
 use crate::message::ros2::{Header, Pose, Quaternion, Vector3};
 use crate::message::written::{Costmap, CostmapMetaData, MapMetaData, OccupancyGrid};
 use crate::output::{grid_mismatch, narrow};
@@ -24,7 +25,10 @@ pub(super) fn write(out: &mut Out, stamp_ns: u64, map_frame: &str, map: &MapUpda
         let message = occupancy_grid(&header, &map.grid, Bytes::new(&classes));
         out.put("/limpid/classes", stamp_ns, &message)?;
     }
-    Ok(())
+    if map.verdicts.is_empty() {
+        return Ok(());
+    }
+    out.file.write_grid("/limpid/verdicts", stamp_ns, &verdict_grid(stamp_ns, map_frame, map))
 }
 
 /// Nav2 costs as an `OccupancyGrid` and as a `Costmap`.
@@ -72,6 +76,37 @@ pub fn occupancy_of_cost(cost: u8) -> i8 {
         255 => -1,
         // At most 98, so the conversion cannot fail.
         graded => i8::try_from(1 + 97 * (u32::from(graded) - 1) / 251).unwrap_or(98),
+    }
+}
+
+/// Bytes of a cell of the verdicts' grid; the age lies on a multiple of its size.
+const VERDICT_STRIDE: u32 = 8;
+
+/// The verdicts with fields `cost`, `reason`, `sensor` and `age_s`.
+fn verdict_grid(stamp_ns: u64, map_frame: &str, map: &MapUpdate) -> foxglove::Grid {
+    use foxglove::packed_element_field::NumericType::{Float32, Uint8};
+    let fields = [("cost", 0, Uint8), ("reason", 1, Uint8), ("sensor", 2, Uint8), ("age_s", 4, Float32)];
+    let field = |(name, offset, number): (&str, u32, foxglove::packed_element_field::NumericType)| {
+        foxglove::PackedElementField { name: name.into(), offset, r#type: number.into() }
+    };
+    let cell = |verdict: &Verdict| {
+        let [a, b, c, d] = narrow(verdict.age_s()).to_le_bytes();
+        [verdict.cost(), verdict.reason(), verdict.sensor_number(), 0, a, b, c, d]
+    };
+    let Grid { origin_x_m, origin_y_m, resolution_m, width, .. } = map.grid;
+    foxglove::Grid {
+        timestamp: Some(foxglove::Timestamp::from_stamp_ns(stamp_ns)),
+        frame_id: map_frame.into(),
+        pose: Some(foxglove::Pose {
+            position: Some(foxglove::Vector3 { x: origin_x_m, y: origin_y_m, z: 0.0 }),
+            orientation: Some(foxglove::Quaternion { x: 0.0, y: 0.0, z: 0.0, w: 1.0 }),
+        }),
+        column_count: width,
+        cell_size: Some(foxglove::Vector2 { x: resolution_m, y: resolution_m }),
+        row_stride: width * VERDICT_STRIDE,
+        cell_stride: VERDICT_STRIDE,
+        fields: fields.map(field).into(),
+        data: map.verdicts.iter().flat_map(cell).collect(),
     }
 }
 
