@@ -101,7 +101,7 @@ fn twin_on_panes_that_lean_at_all_sizes() {
         for _ in 0..8 {
             let size = side as f64 * CELL_M;
             let mut share = || f64::from(random.below(1000)) / 1000.0;
-            let low_left = DVec3::new(size * share(), size * share(), 3.0 * share() - 2.0);
+            let low_left = DVec3::new(size * share(), size * share(), 8.0 * share() - 5.0);
             let along = DVec3::new(size * (share() - 0.5), size * (share() - 0.5), 0.0);
             let across = DVec3::new(-along.y, along.x, 0.0).normalize_or(DVec3::X);
             let up = DVec3::Z * (0.5 + 2.0 * share()) + across * 0.6 * (share() - 0.5);
@@ -122,7 +122,7 @@ fn twin_on_panes_that_lean_at_all_sizes() {
             }
         }
     }
-    assert!(in_way > 50 && all > in_way, "{in_way} of {all}");
+    assert!(in_way > 50 && all > in_way + 50, "{in_way} of {all}");
 }
 
 #[test]
