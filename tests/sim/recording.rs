@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
-use limpid::mapper::Options;
 use limpid::config::Method;
 use limpid::input;
+use limpid::mapper::Options;
 use limpid::run::run;
 use limpid::sensor::DepthSamples;
 use limpid::sim::Simulator;
@@ -90,7 +90,8 @@ fn recordings_come_back_and_the_methods_run_on_them() {
     // The map's obstacles are where the truth has them, a cell more or less.
     let last = report.last().unwrap();
     let (truth, map) = (last_truth(&mcap), last.map.as_ref().unwrap().grid);
-    let lethal = (0..map.width * map.height).filter(|&i| last.map.as_ref().unwrap().costmap[i as usize] == 254);
+    let lethal =
+        (0..map.width * map.height).filter(|&i| last.map.as_ref().unwrap().costmap[i as usize] == 254);
     let (mut near, mut all) = (0, 0);
     for cell in lethal {
         let x = map.origin_x_m + f64::from(cell % map.width) * map.resolution_m;

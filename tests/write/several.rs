@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 use limpid::Config;
 use limpid::map::glass::{GlassCounters, LabelledScan};
 use limpid::map::{Seen, State, Update};
+use limpid::message::foxglove::packed_element_field::NumericType;
 use limpid::message::foxglove::{Grid, decode_protobuf};
 use limpid::output::{McapSink, Sink};
 use limpid::sensor::{Observation, SensorData};
@@ -116,11 +117,15 @@ fn verdicts_are_a_grid_with_four_fields() {
     assert_eq!((grid.frame_id.as_str(), grid.column_count), ("map", 16));
     let corner = grid.pose.unwrap().position.unwrap();
     assert_eq!((corner.x, corner.y, grid.cell_size.unwrap().x), (1.05, -2.45, 0.05));
-    let fields: Vec<_> =
-        grid.fields.iter().map(|f| (f.name.as_str(), f.offset, f.r#type().as_str_name())).collect();
+    let fields: Vec<_> = grid.fields.iter().map(|f| (f.name.as_str(), f.offset, f.r#type())).collect();
     assert_eq!(
         fields,
-        [("cost", 0, "Uint8"), ("reason", 1, "Uint8"), ("sensor", 2, "Uint8"), ("age_s", 4, "Float32")]
+        [
+            ("cost", 0, NumericType::Uint8),
+            ("reason", 1, NumericType::Uint8),
+            ("sensor", 2, NumericType::Uint8),
+            ("age_s", 4, NumericType::Float32)
+        ]
     );
     assert_eq!((grid.cell_stride, grid.row_stride, grid.data.len()), (8, 128, 8 * 272));
     let cells: Vec<_> = grid.data.chunks_exact(8).collect();
