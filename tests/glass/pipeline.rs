@@ -159,7 +159,7 @@ fn scans_up_to_as_many_points_as_cells_can_number_are_taken() {
     ];
     for error in refused {
         let error = error.unwrap().to_string();
-        assert!(error.contains("262145 points") && error.contains("at most 262144"), "{error}");
+        assert!(error.contains("262145 points") && error.contains("262144"), "{error}");
     }
 }
 

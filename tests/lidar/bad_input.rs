@@ -87,7 +87,7 @@ fn a_pose_that_is_missing_or_no_number_is_refused_and_the_map_stays() {
         }),
     ] {
         let error = pipeline.submit(&ScanFrame { pose, ..good.clone() }).unwrap_err().to_string();
-        assert!(error.contains("pose"), "{error}");
+        assert!(error.contains("no transform from map") || error.contains("not finite"), "{error}");
     }
     assert_eq!(step(&mut pipeline, &good).classes, before.classes);
 }
