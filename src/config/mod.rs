@@ -11,9 +11,11 @@ use crate::sensor::VelodyneModel as Model;
 
 mod glass;
 mod lidar;
+mod sensors;
 mod validate;
 
 pub use lidar::{InflationKernel, LayerMeasure, MAX_TALL_LAYERS, PlaneSource};
+pub use sensors::{SensorConfig, SensorKind};
 
 /// Every parameter with its default, commented, as YAML.
 pub const EXAMPLE: &str = include_str!("../../testdata/config/limpid.yaml");
@@ -64,6 +66,14 @@ pub struct StaticTransform {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Config {
+    /// The sensors that the nested form names; empty: they are found in the recording.
+    #[serde(skip)]
+    pub sensors: Vec<SensorConfig>,
+    /// Time without data after which a sensor is stale, seconds; 0: never.
+    pub timeout_s: f64,
+    /// How long an observation of several sensors waits for earlier ones, seconds of stamps.
+    pub order_window_s: f64,
+
     /// How depth becomes evidence.
     pub method: Method,
     /// Weight file of DRM-Net (safetensors), for method drm; empty: the weights that limpid comes with.
@@ -254,6 +264,9 @@ impl Default for Config {
     #[expect(clippy::too_many_lines, reason = "a line for each parameter")]
     fn default() -> Self {
         Self {
+            sensors: Vec::new(),
+            timeout_s: 0.5,
+            order_window_s: 0.1,
             method: Method::Auto,
             weights: String::new(),
             fusion: Fusion::Weight,

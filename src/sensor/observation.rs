@@ -3,7 +3,7 @@
 use glam::DVec2;
 
 use crate::base::Rigid;
-use crate::sensor::{RgbdFrame, Scan};
+use crate::sensor::{FramePose, RgbdFrame, Scan};
 
 /// Where base and sensor were when a sensor saw something.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -35,6 +35,12 @@ impl SensorPose {
     }
 }
 
+impl From<FramePose> for SensorPose {
+    fn from(FramePose { map_from_base, base_from_camera }: FramePose) -> Self {
+        Self { map_from_base, base_from_sensor: base_from_camera, sweep: None }
+    }
+}
+
 /// A sensor's motion during a scan.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sweep {
@@ -50,6 +56,7 @@ pub struct Sweep {
 
 /// What a sensor measured.
 #[derive(Debug, Clone, PartialEq)]
+#[expect(clippy::large_enum_variant, reason = "one at a time is moved, and its samples lie on the heap")]
 pub enum SensorData {
     /// Of a camera.
     Frame(RgbdFrame),

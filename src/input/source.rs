@@ -1,0 +1,237 @@
+//! One pass over a recording with several sensors, in order of stamps.
+
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
+
+use crate::base::{Error, Result};
+use crate::config::{Config, SensorConfig, SensorKind};
+use crate::input::log::{Log, LogSource};
+use crate::input::single::{CameraSource, LidarSource};
+use crate::input::{ReadReport, contents, open};
+use crate::sensor::{CameraModel, DepthSamples, Dropped, Observation, RgbdFrame, Scan, SensorData};
+
+/// Depth images read ahead for the first with colour.
+const COLOR_AHEAD: u32 = 8;
+
+/// What a source knows of one of its sensors before its first observation.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SensorInfo {
+    /// As the configuration names it; `camera` or `lidar` where it was found in the recording.
+    pub name: String,
+    /// What its first observations say of it.
+    pub model: SensorModel,
+    /// The parameters that hold for it.
+    pub config: Config,
+    /// Time without data after which it is stale, seconds; 0: never.
+    pub timeout_s: f64,
+    /// Its frame; empty where nothing of it came and none is configured.
+    pub frame_id: String,
+}
+
+/// What a sensor's first observations say of it.
+#[derive(Debug, Clone, PartialEq)]
+pub enum SensorModel {
+    /// A camera.
+    Camera(CameraInfo),
+    /// A lidar.
+    Lidar(LidarInfo),
+    /// It is configured, and nothing of it came in the first 10 s of stamps.
+    Missing(SensorKind),
+}
+
+/// What a camera's first frames have.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CameraInfo {
+    /// Calibration of the first depth image.
+    pub depth: CameraModel,
+    /// Whether its depth comes in metres, and not as counts.
+    pub float_depth: bool,
+    /// Calibration of the first colour image; `None` without colour.
+    pub color: Option<CameraModel>,
+    /// Whether that lies on the depth grid.
+    pub color_aligned: bool,
+    /// Whether a confidence image comes with depth.
+    pub confidence: bool,
+}
+
+/// What a lidar's first scan has.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LidarInfo {
+    /// The first scan: what plane rings, the grid of beams and full scale are taken from.
+    pub first: Scan,
+}
+
+/// What was met of one sensor, complete once [`Source::next`] has returned `None`.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct SensorReport {
+    /// The sensor's name.
+    pub name: String,
+    /// Depth images, or scans and messages that give none, seen.
+    pub seen: u64,
+    /// Observations given.
+    pub given: u64,
+    /// Points in the scans.
+    pub points: u64,
+    /// Points left out of the scans, by reason.
+    pub dropped: Dropped,
+    /// Observations given without a pose.
+    pub without_pose: u64,
+    /// Depth images, messages and clouds that give no observation.
+    pub unusable: u64,
+    /// Observations given after newer ones of other sensors.
+    pub late: u64,
+    /// How often its stamps jumped back by more than a second.
+    pub jumps: u64,
+}
+
+/// What a source met, complete once [`Source::next`] has returned `None`.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct SourceReport {
+    /// What was passed over, and notes, of all sensors.
+    pub read: ReadReport,
+    /// By sensor, in the order of [`Source::sensors`].
+    pub sensors: Vec<SensorReport>,
+}
+
+/// Observations of one or more sensors in order of their stamps as far as it can be known, each sensor's own in the order
+/// of its recording; never holds more than a bounded number.
+pub trait Source {
+    /// The sensors, which [`Observation::sensor`] counts; known from the start.
+    fn sensors(&self) -> &[SensorInfo];
+
+    /// The next observation, or `None` at the end (a cut-off file ends at its cut, with a note in the report).
+    ///
+    /// # Errors
+    /// Only what ends the recording, such as an unreadable file; single bad messages are counted in the report.
+    fn next(&mut self) -> Result<Option<Observation>>;
+
+    /// What was met so far.
+    fn report(&self) -> SourceReport;
+
+    /// How many observations the recording says it holds at most, where it says so without being read.
+    fn count_hint(&self) -> Option<u64>;
+}
+
+/// Opens a recording of any kind: an MCAP file or a ROS 1 bag with any number of sensors; a TUM RGB-D folder or a still
+/// pair with a camera; a pcap, PLY or PCD file or a folder of these with a lidar.
+///
+/// The sensors are those of `config.sensors`, each with its own parameters; where it names none, the camera and the lidar
+/// that the recording has.
+///
+/// # Errors
+/// [`Error::File`]; [`Error::Format`] for other files and for those that hold no sensor that can be read;
+/// [`Error::Config`] for a configured topic that is absent or of another type.
+pub fn open_source(path: &Path, config: &Config) -> Result<Box<dyn Source>> {
+    if path.is_file() {
+        let mut start = Vec::new();
+        let file = File::open(path).map_err(Error::file(path))?;
+        file.take(16).read_to_end(&mut start).map_err(Error::file(path))?;
+        if let Some(is_bag) = Log::recognise(&start) {
+            return Ok(Box::new(LogSource::open(path, is_bag, config)?));
+        }
+    }
+    if contents(path, config)?.lidar {
+        return Ok(Box::new(LidarSource::open(path, config)?));
+    }
+    Ok(Box::new(CameraSource::open(path, config, open)?))
+}
+
+impl SensorInfo {
+    /// Of a sensor of which nothing has come yet.
+    pub(crate) fn missing(sensor: SensorConfig) -> Self {
+        let config = sensor.parameters;
+        let frame_id = match sensor.kind {
+            SensorKind::Camera => config.camera_frame.clone(),
+            SensorKind::Lidar => config.lidar_frame.clone(),
+        };
+        let (name, timeout_s) = (sensor.name, sensor.timeout_s);
+        Self { name, model: SensorModel::Missing(sensor.kind), config, timeout_s, frame_id }
+    }
+}
+
+impl CameraInfo {
+    fn of(frame: &RgbdFrame) -> Self {
+        Self {
+            depth: frame.depth.camera,
+            float_depth: matches!(frame.depth.samples, DepthSamples::Metres(_)),
+            color: None,
+            color_aligned: false,
+            confidence: false,
+        }
+    }
+}
+
+impl SensorReport {
+    pub(crate) fn new(name: &str, given: Given) -> Self {
+        let Given { given, without_pose } = given;
+        Self { name: name.into(), given, without_pose, ..Self::default() }
+    }
+}
+
+/// Counts of observations given.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Given {
+    given: u64,
+    without_pose: u64,
+}
+
+impl Given {
+    pub(crate) fn count(&mut self, observation: &Observation) {
+        self.given += 1;
+        self.without_pose += u64::from(observation.pose.is_none());
+    }
+}
+
+/// Learns of a sensor by its first observations.
+#[derive(Debug)]
+pub(crate) struct Learner {
+    /// Whether the recording has anything of the sensor.
+    there: bool,
+    /// Whether it has colour of it.
+    has_color: bool,
+    /// Frames with a pose seen.
+    frames: u32,
+}
+
+impl Learner {
+    pub(crate) fn new(there: bool, has_color: bool) -> Self {
+        Self { there, has_color, frames: 0 }
+    }
+
+    /// Whether there is nothing more to learn.
+    pub(crate) fn knows(&self, info: &SensorInfo) -> bool {
+        match &info.model {
+            SensorModel::Missing(_) => !self.there,
+            SensorModel::Lidar(_) => true,
+            SensorModel::Camera(camera) => {
+                !self.has_color || camera.color.is_some() || self.frames >= COLOR_AHEAD
+            }
+        }
+    }
+
+    /// Takes in an observation of the sensor.
+    pub(crate) fn learn(&mut self, info: &mut SensorInfo, observation: &Observation) {
+        if self.knows(info) {
+            return;
+        }
+        self.frames += u32::from(observation.pose.is_some());
+        if let (SensorModel::Missing(_), SensorData::Scan(scan)) = (&info.model, &observation.data) {
+            if info.frame_id.is_empty() {
+                info.frame_id.clone_from(&scan.frame_id);
+            }
+            info.model = SensorModel::Lidar(LidarInfo { first: scan.clone() });
+        }
+        let SensorData::Frame(frame) = &observation.data else { return };
+        if let SensorModel::Missing(_) = info.model {
+            info.frame_id.clone_from(&frame.depth.frame_id);
+            info.model = SensorModel::Camera(CameraInfo::of(frame));
+        }
+        let SensorModel::Camera(camera) = &mut info.model else { return };
+        camera.confidence |= frame.confidence.is_some();
+        if let (None, Some(color)) = (camera.color, &frame.color) {
+            camera.color = Some(color.camera);
+            camera.color_aligned = frame.color_is_aligned();
+        }
+    }
+}
