@@ -5,7 +5,7 @@
 use std::path::PathBuf;
 
 use limpid::config::Method;
-use limpid::input::{CameraSource, Source as _};
+use limpid::input::open_source;
 use limpid::mapper::{Options, SensorInfo};
 use limpid::offline::bench::{bench, observations};
 use limpid::{Config, Result};
@@ -16,9 +16,9 @@ fn main() -> Result<()> {
     let input = std::env::args().skip(1).find(|argument| !argument.starts_with("--"));
     let input = PathBuf::from(input.unwrap_or_else(|| "testdata/room.mcap".into()));
     let config = Config::default();
-    let mut source = CameraSource::new(limpid::input::open(&input, &config)?, &config)?;
+    let mut source = open_source(&input, &config)?;
     let sensors = source.sensors().to_vec();
-    let frames = observations(&mut source, SAMPLES)?;
+    let frames = observations(source.as_mut(), SAMPLES)?;
     println!("{} frames of {}", frames.len(), input.display());
     let colored = |sensor: &SensorInfo| matches!(&sensor.model, limpid::sensor::SensorModel::Camera(info) if info.color.is_some());
     let drm = sensors.iter().all(colored).then_some(Method::Drm);

@@ -7,7 +7,7 @@
 use std::path::Path;
 
 use limpid::config::Method;
-use limpid::input::{CameraSource, Source as _};
+use limpid::input::open_source;
 use limpid::mapper::{Mapper, Options, Submitted};
 use limpid::output::{McapSink, Sink};
 use limpid::sensor::Observation;
@@ -41,7 +41,7 @@ fn measure(mapper: &Mapper) -> Memory {
 
 /// One round through the recording into a file that is written anew.
 fn round(mapper: &mut Mapper, input: &Path, config: &Config, output: &Path) -> Result<u64> {
-    let mut source = CameraSource::new(limpid::input::open(input, config)?, config)?;
+    let mut source = open_source(input, config)?;
     let mut sink = McapSink::create(output, config, source.sensors())?;
     let mut under_way: Vec<Observation> = Vec::new();
     let mut frames = 0;
@@ -73,7 +73,7 @@ fn main() -> Result<()> {
     let output = std::env::temp_dir().join(format!("limpid-soak-{}.mcap", std::process::id()));
     let drm = std::env::args().any(|argument| argument == "drm");
     let config = Config { method: if drm { Method::Drm } else { Method::Range }, ..Config::default() };
-    let source = CameraSource::new(limpid::input::open(input, &config)?, &config)?;
+    let source = open_source(input, &config)?;
     let options = Options { images: true, layers: true, ..Options::default() };
     let mut mapper = Mapper::open(&config, source.sensors(), &options)?;
     println!("{}", mapper.context().describe());

@@ -15,10 +15,11 @@ use self::build::{Kind, camera_job, lidar_job};
 use self::channel::Channel;
 pub(crate) use self::checks::frame as check_frame;
 use crate::base::{Error, Refused, Result, duration_ns};
+pub use crate::config::SensorInfo;
 use crate::config::{Config, Method};
 use crate::gpu::{Context, Executor, FRAMES_IN_FLIGHT, Plan, Store};
 use crate::map::{Clock, PaneSet, Update, Window};
-use crate::sensor::{CameraInfo, LidarInfo, Observation, Scan, SensorModel, SensorPose};
+use crate::sensor::{Observation, SensorModel, SensorPose};
 use crate::stage::camera::{back_project, drm, ingest, see_through, spatial_median, tally, update, weigh};
 use crate::stage::glass::{LabelGlass, pane_cells};
 use crate::stage::lidar::{intensity_classes, intensity_layers};
@@ -122,38 +123,6 @@ pub struct Options {
     pub layers: bool,
 }
 
-/// A sensor of a map.
-#[derive(Debug, Clone, PartialEq)]
-pub struct SensorInfo {
-    /// Its name.
-    pub name: String,
-    /// Its frame, as the source names it.
-    pub frame_id: String,
-    /// Its parameters.
-    pub config: Config,
-    /// Time without data after which it is stale, seconds; 0: never.
-    pub timeout_s: f64,
-    /// What is known of it.
-    pub model: SensorModel,
-}
-
-impl SensorInfo {
-    /// A camera.
-    pub fn camera(config: &Config, info: CameraInfo) -> Self {
-        Self::of("camera", config, SensorModel::Camera(info))
-    }
-
-    /// A lidar whose scans are like `first`.
-    pub fn lidar(config: &Config, first: Scan) -> Self {
-        Self::of("lidar", config, SensorModel::Lidar(LidarInfo { first }))
-    }
-
-    fn of(name: &str, config: &Config, model: SensorModel) -> Self {
-        let (name, frame_id) = (name.into(), String::new());
-        Self { name, frame_id, config: config.clone(), timeout_s: config.timeout_s, model }
-    }
-}
-
 /// What became of an observation that was given to the mapper.
 #[derive(Debug, Clone, PartialEq)]
 #[must_use]
@@ -205,7 +174,7 @@ impl Mapper {
             let kind = match &sensor.model {
                 SensorModel::Camera(info) => Kind::camera(camera_job(sensor, info, options, context, side)?)?,
                 SensorModel::Lidar(info) => Kind::lidar(lidar_job(sensor, info, options, side)?)?,
-                SensorModel::Missing => return Ok(Channel::missing(sensor)),
+                SensorModel::Missing(_) => return Ok(Channel::missing(sensor)),
             };
             Channel::build(sensor, kind, &store)
         };

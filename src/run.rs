@@ -8,7 +8,7 @@ use crate::base::{Error, Result};
 use crate::config::{Config, Method};
 use crate::input::{Source, SourceReport};
 use crate::map::Update;
-use crate::mapper::{Mapper, Options, Submitted};
+use crate::mapper::{Mapper, Options, SensorInfo, Submitted};
 use crate::output::Sink;
 use crate::sensor::{Observation, SensorModel};
 
@@ -201,7 +201,7 @@ fn kind(observation: &Observation) -> &'static str {
 }
 
 /// What method `auto` comes to.
-fn method_note(sensor: &crate::mapper::SensorInfo) -> Option<String> {
+fn method_note(sensor: &SensorInfo) -> Option<String> {
     let SensorModel::Camera(info) = &sensor.model else { return None };
     let note = if info.color.is_some() {
         "method drm: depth is weighed by DRM-Net, which needs colour in every frame (--method range does not)"

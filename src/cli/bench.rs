@@ -32,7 +32,7 @@ const FRAMES: usize = 100;
 
 pub(crate) fn execute(arguments: &BenchArguments) -> Result<()> {
     let config = arguments.common.config()?;
-    let mut source = open_source(&arguments.input, &config, None)?;
+    let mut source = open_source(&arguments.input, &config)?;
     let sensors = source.sensors().to_vec();
     let frames = observations(source.as_mut(), FRAMES.min(arguments.samples))?;
     let options =

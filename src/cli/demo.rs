@@ -42,13 +42,13 @@ pub(crate) fn execute(arguments: &DemoArguments) -> Result<()> {
     let options =
         Options { adapter: arguments.adapter.clone(), images: true, layers: true, ..Options::default() };
     let outputs = Outputs { mcap: Some(&mcap), png: Some(&png), dump: None };
-    let mut room = open_source(&input, &config, None)?;
+    let mut room = open_source(&input, &config)?;
     let report = run_with_progress(room.as_mut(), 0..u64::MAX, &config, &options, &outputs)?;
     print_report(&report);
     if let Some(last) = report.last() {
         save_last(&map, last)?;
     }
-    let mut room = open_source(&input, &config, None)?;
+    let mut room = open_source(&input, &config)?;
     let sensors = room.sensors().to_vec();
     let frames = observations(room.as_mut(), SAMPLES)?;
     let options = Options { images: false, layers: false, ..options };

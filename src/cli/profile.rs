@@ -26,7 +26,7 @@ pub(crate) struct ProfileArguments {
 
 pub(crate) fn execute(arguments: &ProfileArguments) -> Result<()> {
     let config = arguments.common.config()?;
-    let mut source = open_source(&arguments.input, &config, None)?;
+    let mut source = open_source(&arguments.input, &config)?;
     let sensors = source.sensors().to_vec();
     let frames = observations(source.as_mut(), arguments.samples)?;
     let options = Options { adapter: arguments.common.adapter.clone(), ..Options::default() };

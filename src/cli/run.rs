@@ -56,11 +56,12 @@ pub(crate) struct RunArguments {
 pub(crate) fn execute(arguments: &RunArguments) -> Result<()> {
     let mut config = arguments.common.config()?;
     config.change_all(|parameters| parameters.glass |= arguments.glass);
-    let only = arguments.sensor.map(|sensor| match sensor {
-        Sensor::Camera => SensorKind::Camera,
-        Sensor::Lidar => SensorKind::Lidar,
-    });
-    let mut source = open_source(&arguments.input, &config, only)?;
+    let config = match arguments.sensor {
+        Some(Sensor::Camera) => config.only(SensorKind::Camera)?,
+        Some(Sensor::Lidar) => config.only(SensorKind::Lidar)?,
+        None => config,
+    };
+    let mut source = open_source(&arguments.input, &config)?;
     let outputs = Outputs {
         mcap: arguments.output.as_deref(),
         png: arguments.png.as_deref(),

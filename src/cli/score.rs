@@ -54,8 +54,8 @@ fn parse_samples(text: &str) -> std::result::Result<Samples, String> {
 }
 
 pub(crate) fn execute(arguments: &ScoreArguments) -> Result<()> {
-    let config = arguments.common.config()?;
-    let mut source = open_source(&arguments.input, &config, Some(SensorKind::Lidar))?;
+    let config = arguments.common.config()?.only(SensorKind::Lidar)?;
+    let mut source = open_source(&arguments.input, &config)?;
     let options = Options { adapter: arguments.common.adapter.clone(), ..Options::default() };
     let range = 0..arguments.scan.saturating_add(1);
     let report = run(source.as_mut(), range, &config, &options, &mut [], &mut |_| {})?;

@@ -18,10 +18,11 @@ mod parse;
 mod sensors;
 mod validate;
 
+pub use crate::sensor::SensorKind;
 pub use keys::{Scope, scope_of};
 pub use lidar::{InflationKernel, LayerMeasure, MAX_TALL_LAYERS, PlaneSource};
 pub use map::{InflationLaw, LidarClearsCamera, MAX_POINTS};
-pub use sensors::{MAX_SENSORS, SensorConfig, SensorKind};
+pub use sensors::{MAX_SENSORS, SensorConfig, SensorInfo};
 
 /// Every parameter with its default, commented, as YAML.
 pub const EXAMPLE: &str = include_str!("../../testdata/config/limpid.yaml");

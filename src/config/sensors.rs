@@ -2,31 +2,10 @@
 
 use super::{Config, bad_key};
 use crate::base::{Error, Result};
+use crate::sensor::{CameraInfo, LidarInfo, Scan, SensorKind, SensorModel};
 
 /// Most sensors of one map.
 pub const MAX_SENSORS: usize = 16;
-
-/// What a sensor measures.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum SensorKind {
-    /// Depth images, with or without colour.
-    Camera,
-    /// Scans.
-    Lidar,
-}
-
-impl SensorKind {
-    /// Both kinds.
-    pub const ALL: [Self; 2] = [Self::Camera, Self::Lidar];
-
-    /// The kind as a file states it.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Camera => "camera",
-            Self::Lidar => "lidar",
-        }
-    }
-}
 
 /// A sensor that the configuration names.
 #[derive(Debug, Clone, PartialEq)]
@@ -42,6 +21,12 @@ pub struct SensorConfig {
 }
 
 impl SensorConfig {
+    /// A sensor that no configuration names, by its kind.
+    pub fn found(kind: SensorKind, config: &Config) -> Self {
+        let parameters = Config { sensors: Vec::new(), ..config.clone() };
+        Self { name: kind.name().into(), kind, timeout_s: config.timeout_s, parameters }
+    }
+
     /// The topic that the configuration gives it; empty: found by type.
     pub fn topic(&self) -> &str {
         match self.kind {
@@ -51,7 +36,63 @@ impl SensorConfig {
     }
 }
 
+/// A sensor of a map: its parameters, and what its first observations say of it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SensorInfo {
+    /// As the configuration names it; `camera` or `lidar` where it was found in the recording.
+    pub name: String,
+    /// Its frame; empty where nothing of it came and none is configured.
+    pub frame_id: String,
+    /// The parameters that hold for it.
+    pub config: Config,
+    /// Time without data after which it is stale, seconds; 0: never.
+    pub timeout_s: f64,
+    /// What its first observations say of it.
+    pub model: SensorModel,
+}
+
+impl SensorInfo {
+    /// A camera.
+    pub fn camera(config: &Config, info: CameraInfo) -> Self {
+        Self::of(config, SensorModel::Camera(info))
+    }
+
+    /// A lidar whose scans are like `first`.
+    pub fn lidar(config: &Config, first: Scan) -> Self {
+        Self::of(config, SensorModel::Lidar(LidarInfo { first }))
+    }
+
+    fn of(config: &Config, model: SensorModel) -> Self {
+        let sensor = SensorConfig::found(model.kind(), config);
+        Self { model, ..Self::missing(sensor) }
+    }
+
+    /// A sensor of which nothing has come yet.
+    pub fn missing(sensor: SensorConfig) -> Self {
+        let SensorConfig { name, kind, timeout_s, parameters: config } = sensor;
+        let frame_id = match kind {
+            SensorKind::Camera => config.camera_frame.clone(),
+            SensorKind::Lidar => config.lidar_frame.clone(),
+        };
+        Self { name, frame_id, config, timeout_s, model: SensorModel::Missing(kind) }
+    }
+}
+
 impl Config {
+    /// The configuration with the sensors of a kind alone: those that it names, or the one that is found.
+    ///
+    /// # Errors
+    /// [`Error::Config`] where it names sensors, and none of that kind.
+    pub fn only(&self, kind: SensorKind) -> Result<Self> {
+        let named = self.sensors.iter().filter(|sensor| sensor.kind == kind).cloned().collect();
+        let sensors: Vec<_> =
+            if self.sensors.is_empty() { vec![SensorConfig::found(kind, self)] } else { named };
+        if sensors.is_empty() {
+            return Err(bad_key("sensors", format!("names no {}", kind.name())));
+        }
+        Ok(Self { sensors, ..self.clone() })
+    }
+
     /// Changes the parameters, and those of every sensor that the configuration names.
     pub fn change_all(&mut self, change: impl Fn(&mut Self)) {
         change(self);

@@ -39,6 +39,8 @@ impl Config {
             }
         }
         for (key, value) in [
+            ("timeout_s", self.timeout_s),
+            ("order_window_s", self.order_window_s),
             ("pair_tolerance_s", self.pair_tolerance_s),
             ("transform_tolerance_s", self.transform_tolerance_s),
             ("depth_min_m", self.depth_min_m),

@@ -1,18 +1,16 @@
 //! What a recording says, in a form that no longer depends on its messages.
 
-use crate::base::Result;
 use crate::base::Rigid;
 use crate::input::image_message::ImageMessage;
 use crate::sensor::CameraModel;
 
-/// What a recording says, one message or one transform of a message at a time.
+/// What a recording says of a camera, one message at a time.
 #[derive(Debug)]
 pub(crate) enum Event {
     Depth(ImageMessage),
     Color(ImageMessage),
     Confidence(ImageMessage),
-    Calibration { topic: String, stamp_ns: u64, frame_id: String, camera: Result<CameraModel> },
-    Transform { topic: String, transform: TransformEvent },
+    Calibration { topic: String, frame_id: String, camera: CameraModel },
 }
 
 /// The pose of a child frame in its parent.

@@ -12,6 +12,8 @@ pub mod points;
 mod pose;
 mod posed;
 mod report;
+mod scan_pose;
+mod single;
 mod source;
 mod still;
 mod sync;
@@ -27,7 +29,7 @@ pub(crate) use crate::input::log::{Record, Records};
 pub(crate) use crate::input::mcap::McapRecords;
 pub use crate::input::open::{contents, open};
 pub use crate::input::posed::PosedScans;
-pub use crate::input::source::{CameraSource, LidarSource, SensorReport, Source, SourceReport, open_source};
+pub use crate::input::source::{SensorReport, Source, SourceReport, open_source};
 pub use crate::input::still::StillReader;
 pub use crate::input::tum::{TumReader, trajectory};
 

@@ -20,7 +20,8 @@ pub(crate) struct PoseResolver {
     map_frame: String,
     base_frame: String,
     ground_z_m: f64,
-    tolerance_ns: u64,
+    /// `transform_tolerance_s`, for what is no sensor's own.
+    pub(crate) tolerance_ns: u64,
 }
 
 /// A pose and whether its base was derived from the camera.
@@ -86,22 +87,24 @@ impl PoseResolver {
         self.tree.newest_ns(frame).max(self.tree.newest_ns(&self.map_frame))
     }
 
-    /// `target_from_source` at a stamp, with the configured tolerance.
-    pub(crate) fn lookup(&self, target: &str, source: &str, stamp_ns: u64) -> Result<Rigid, TransformError> {
-        self.tree.lookup(target, source, stamp_ns, self.tolerance_ns)
-    }
-
-    /// Base and camera at a stamp; a stamp past the newest transform takes it within the tolerance.
-    pub(crate) fn pose(&self, camera_frame: &str, stamp_ns: u64) -> Result<ResolvedPose, TransformError> {
-        self.pose_within(camera_frame, stamp_ns, self.tolerance_ns)
+    /// `target_from_source` at a stamp; one past the newest transform takes it within the tolerance.
+    pub(crate) fn lookup(
+        &self,
+        target: &str,
+        source: &str,
+        stamp_ns: u64,
+        tolerance_ns: u64,
+    ) -> Result<Rigid, TransformError> {
+        self.tree.lookup(target, source, stamp_ns, tolerance_ns)
     }
 
     /// Whether the pose at a stamp is known without holding the newest transform past its stamp.
     pub(crate) fn settled(&self, camera_frame: &str, stamp_ns: u64) -> bool {
-        self.pose_within(camera_frame, stamp_ns, 0).is_ok()
+        self.pose(camera_frame, stamp_ns, 0).is_ok()
     }
 
-    fn pose_within(
+    /// Base and camera at a stamp; one past the newest transform takes it within the tolerance.
+    pub(crate) fn pose(
         &self,
         camera_frame: &str,
         stamp_ns: u64,
@@ -131,8 +134,13 @@ impl PoseResolver {
     }
 
     /// A frame in the map at a stamp.
-    pub(crate) fn map_from(&self, frame: &str, stamp_ns: u64) -> Result<Rigid, TransformError> {
-        self.lookup(&self.map_frame, frame, stamp_ns)
+    pub(crate) fn map_from(
+        &self,
+        frame: &str,
+        stamp_ns: u64,
+        tolerance_ns: u64,
+    ) -> Result<Rigid, TransformError> {
+        self.lookup(&self.map_frame, frame, stamp_ns, tolerance_ns)
     }
 
     /// Base in the map and lidar in the base at a stamp. Where nothing says where the base is, it is the lidar, which is
@@ -141,10 +149,11 @@ impl PoseResolver {
         &self,
         lidar_frame: &str,
         stamp_ns: u64,
+        tolerance_ns: u64,
         report: &mut ReadReport,
     ) -> Result<(Rigid, Rigid), TransformError> {
-        let map_from_lidar = self.map_from(lidar_frame, stamp_ns)?;
-        let in_tree = self.lookup(&self.base_frame, lidar_frame, stamp_ns);
+        let map_from_lidar = self.map_from(lidar_frame, stamp_ns, tolerance_ns)?;
+        let in_tree = self.lookup(&self.base_frame, lidar_frame, stamp_ns, tolerance_ns);
         let known = in_tree
             .or_else(|error| self.stated.lookup(&self.base_frame, lidar_frame, 0, 0).map_err(|_| error));
         match known {

@@ -23,6 +23,13 @@ impl ReadReport {
         }
     }
 
+    /// Adds a note unless there is one that begins with the same `what`.
+    pub(crate) fn note_once(&mut self, what: &str, rest: &str) {
+        if !self.notes.iter().any(|note| note.starts_with(what)) {
+            self.note(format!("{what}{rest}"));
+        }
+    }
+
     /// Adds a note unless it is there.
     pub(crate) fn note(&mut self, note: impl Into<String>) {
         let note = note.into();

@@ -1,166 +1,166 @@
-//! Observations of all sensors of a recording, one after the other.
+//! One pass over a recording with several sensors, in order of stamps.
 
+use std::fs::File;
+use std::io::Read;
 use std::path::Path;
 
-use super::points::ScanReport;
-use super::{PosedScans, ReadReport, Recording, contents, open};
-use crate::base::Result;
-use crate::config::{Config, SensorKind};
-use crate::mapper::SensorInfo;
-use crate::sensor::{CameraInfo, Dropped, Observation};
+use crate::base::{Error, Result};
+use crate::config::{Config, SensorInfo};
+use crate::input::log::{Log, LogSource};
+use crate::input::single::{CameraSource, LidarSource};
+use crate::input::{ReadReport, contents, open};
+use crate::sensor::{CameraInfo, Dropped, LidarInfo, Observation, SensorData, SensorModel};
 
-/// What was met of one sensor.
-#[derive(Debug, Clone, Default, PartialEq)]
+/// Depth images read ahead for the first with colour.
+const COLOR_AHEAD: u32 = 8;
+
+/// What was met of one sensor, complete once [`Source::next`] has returned `None`.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct SensorReport {
-    /// Its name.
+    /// The sensor's name.
     pub name: String,
-    /// Depth images, or scans, seen.
+    /// Depth images, or scans and messages that give none, seen.
     pub seen: u64,
-    /// Points left out of its scans, by reason.
+    /// Observations given.
+    pub given: u64,
+    /// Points in the scans.
+    pub points: u64,
+    /// Points left out of the scans, by reason.
     pub dropped: Dropped,
+    /// Observations given without a pose.
+    pub without_pose: u64,
+    /// Depth images, messages and clouds that give no observation.
+    pub unusable: u64,
+    /// Observations given after newer ones of other sensors.
+    pub late: u64,
+    /// How often its stamps jumped back by more than a second.
+    pub jumps: u64,
 }
 
-/// What a source met on its way, complete once `next` has returned `None`.
-#[derive(Debug, Clone, Default, PartialEq)]
+/// What a source met, complete once [`Source::next`] has returned `None`.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct SourceReport {
-    /// Messages passed over, and notes.
+    /// What was passed over, and notes, of all sensors.
     pub read: ReadReport,
-    /// Of each sensor, as they are counted.
+    /// By sensor, in the order of [`Source::sensors`].
     pub sensors: Vec<SensorReport>,
 }
 
-/// A stream of observations; never holds more than a bounded window in memory.
+/// Observations of one or more sensors in order of their stamps as far as it can be known, each sensor's own in the order
+/// of its recording; never holds more than a bounded number.
 pub trait Source {
-    /// The sensors, known before the first observation; [`Observation::sensor`] counts them.
+    /// The sensors, which [`Observation::sensor`] counts; known from the start.
     fn sensors(&self) -> &[SensorInfo];
 
-    /// The next observation, or `None` at the end.
+    /// The next observation, or `None` at the end (a cut-off file ends at its cut, with a note in the report).
     ///
     /// # Errors
-    /// Only what ends the recording; single bad messages are counted in the report.
+    /// Only what ends the recording, such as an unreadable file; single bad messages are counted in the report.
     fn next(&mut self) -> Result<Option<Observation>>;
 
     /// What was met so far.
     fn report(&self) -> SourceReport;
 
-    /// How many observations there are, where that is known.
+    /// How many observations the recording says it holds at most, where it says so without being read.
     fn count_hint(&self) -> Option<u64>;
 }
 
-/// Depth images read ahead to find the first with colour, whose calibration the passes are built for.
-const LOOKAHEAD: usize = 8;
-
-/// Opens the sensors of a recording.
+/// Opens a recording of any kind: an MCAP file or a ROS 1 bag with any number of sensors; a TUM RGB-D folder or a still
+/// pair with a camera; a pcap, PLY or PCD file or a folder of these with a lidar.
+///
+/// The sensors are those of `config.sensors`, each with its own parameters; where it names none, the camera and the lidar
+/// that the recording has.
 ///
 /// # Errors
-/// What [`open`] and [`PosedScans::open`] return.
-pub fn open_source(path: &Path, config: &Config, only: Option<SensorKind>) -> Result<Box<dyn Source>> {
-    let found = contents(path, config)?;
-    let lidar = only.map_or(found.lidar && !found.camera, |kind| kind == SensorKind::Lidar);
-    if lidar {
-        return Ok(Box::new(LidarSource::new(PosedScans::open(path, config)?, config)?));
-    }
-    Ok(Box::new(CameraSource::new(open(path, config)?, config)?))
-}
-
-/// A camera alone.
-pub struct CameraSource {
-    recording: Box<dyn Recording>,
-    map_frame: String,
-    ahead: std::collections::VecDeque<crate::sensor::RgbdFrame>,
-    sensors: Vec<SensorInfo>,
-}
-
-impl CameraSource {
-    /// Of a recording's depth images.
-    ///
-    /// # Errors
-    /// Those of the recording.
-    pub fn new(mut recording: Box<dyn Recording>, config: &Config) -> Result<Self> {
-        let mut ahead = std::collections::VecDeque::new();
-        while ahead.len() < LOOKAHEAD
-            && !ahead
-                .iter()
-                .any(|frame: &crate::sensor::RgbdFrame| frame.color.is_some() && frame.pose.is_some())
-        {
-            let Some(frame) = recording.next_frame()? else { break };
-            ahead.push_back(frame);
+/// [`Error::File`]; [`Error::Format`] for other files and for those that hold no sensor that can be read;
+/// [`Error::Config`] for a configured topic that is absent or of another type.
+pub fn open_source(path: &Path, config: &Config) -> Result<Box<dyn Source>> {
+    if path.is_file() {
+        let mut start = Vec::new();
+        let file = File::open(path).map_err(Error::file(path))?;
+        file.take(16).read_to_end(&mut start).map_err(Error::file(path))?;
+        if let Some(is_bag) = Log::recognise(&start) {
+            return Ok(Box::new(LogSource::open(path, is_bag, config)?));
         }
-        let posed = || ahead.iter().filter(|frame| frame.pose.is_some());
-        let info = CameraInfo::of_frames(posed()).or_else(|| CameraInfo::of_frames(&ahead));
-        let info = info.map(|info| SensorInfo::camera(config, info));
-        Ok(Self {
-            recording,
-            map_frame: config.map_frame.clone(),
-            sensors: info.into_iter().collect(),
-            ahead,
-        })
+    }
+    if contents(path, config)?.lidar {
+        return Ok(Box::new(LidarSource::open(path, config)?));
+    }
+    Ok(Box::new(CameraSource::open(path, config, open)?))
+}
+
+impl SensorReport {
+    pub(crate) fn new(name: &str, given: Given) -> Self {
+        let Given { given, without_pose } = given;
+        Self { name: name.into(), given, without_pose, ..Self::default() }
     }
 }
 
-impl Source for CameraSource {
-    fn sensors(&self) -> &[SensorInfo] {
-        &self.sensors
-    }
+/// Counts of observations given.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Given {
+    given: u64,
+    without_pose: u64,
+}
 
-    fn next(&mut self) -> Result<Option<Observation>> {
-        let frame = match self.ahead.pop_front() {
-            Some(frame) => Some(frame),
-            None => self.recording.next_frame()?,
-        };
-        Ok(frame.map(|frame| Observation::of_frame(0, &self.map_frame, frame)))
-    }
-
-    fn report(&self) -> SourceReport {
-        let read = self.recording.report().clone();
-        let sensor =
-            SensorReport { name: "camera".into(), seen: read.depth_images, ..SensorReport::default() };
-        SourceReport { read, sensors: vec![sensor] }
-    }
-
-    fn count_hint(&self) -> Option<u64> {
-        self.recording.frame_count_hint()
+impl Given {
+    pub(crate) fn count(&mut self, observation: &Observation) {
+        self.given += 1;
+        self.without_pose += u64::from(observation.pose.is_none());
     }
 }
 
-/// A lidar alone.
-pub struct LidarSource {
-    scans: PosedScans,
-    ahead: Option<Observation>,
-    sensors: Vec<SensorInfo>,
+/// Learns of a sensor by its first observations.
+#[derive(Debug)]
+pub(crate) struct Learner {
+    /// Whether the recording has anything of the sensor.
+    there: bool,
+    /// Whether it has colour of it.
+    has_color: bool,
+    /// Frames with a pose seen.
+    frames: u32,
 }
 
-impl LidarSource {
-    /// Of a recording's scans.
-    ///
-    /// # Errors
-    /// Those of the recording.
-    pub fn new(mut scans: PosedScans, config: &Config) -> Result<Self> {
-        let ahead = scans.next_observation()?;
-        let info =
-            ahead.as_ref().and_then(Observation::scan).map(|scan| SensorInfo::lidar(config, scan.clone()));
-        Ok(Self { scans, ahead, sensors: info.into_iter().collect() })
-    }
-}
-
-impl Source for LidarSource {
-    fn sensors(&self) -> &[SensorInfo] {
-        &self.sensors
+impl Learner {
+    pub(crate) fn new(there: bool, has_color: bool) -> Self {
+        Self { there, has_color, frames: 0 }
     }
 
-    fn next(&mut self) -> Result<Option<Observation>> {
-        match self.ahead.take() {
-            Some(observation) => Ok(Some(observation)),
-            None => self.scans.next_observation(),
+    /// Whether there is nothing more to learn.
+    pub(crate) fn knows(&self, info: &SensorInfo) -> bool {
+        match &info.model {
+            SensorModel::Missing(_) => !self.there,
+            SensorModel::Lidar(_) => true,
+            SensorModel::Camera(camera) => {
+                !self.has_color || camera.color.is_some() || self.frames >= COLOR_AHEAD
+            }
         }
     }
 
-    fn report(&self) -> SourceReport {
-        let ScanReport { scans, dropped, read, .. } = self.scans.report();
-        SourceReport { read, sensors: vec![SensorReport { name: "lidar".into(), seen: scans, dropped }] }
-    }
-
-    fn count_hint(&self) -> Option<u64> {
-        self.scans.scan_count_hint()
+    /// Takes in an observation of the sensor.
+    pub(crate) fn learn(&mut self, info: &mut SensorInfo, observation: &Observation) {
+        if self.knows(info) {
+            return;
+        }
+        self.frames += u32::from(observation.pose.is_some());
+        if let (SensorModel::Missing(_), SensorData::Scan(scan)) = (&info.model, &observation.data) {
+            if info.frame_id.is_empty() {
+                info.frame_id.clone_from(&scan.frame_id);
+            }
+            info.model = SensorModel::Lidar(LidarInfo { first: scan.clone() });
+        }
+        let SensorData::Frame(frame) = &observation.data else { return };
+        if let SensorModel::Missing(_) = info.model {
+            info.frame_id.clone_from(&frame.depth.frame_id);
+            if let Some(camera) = CameraInfo::of_frames([&**frame]) {
+                info.model = SensorModel::Camera(camera);
+            }
+        }
+        let SensorModel::Camera(camera) = &mut info.model else { return };
+        camera.confidence |= frame.confidence.is_some();
+        if let (None, Some(color)) = (camera.color, &frame.color) {
+            camera.color = Some(color.camera);
+            camera.color_aligned = frame.color_is_aligned();
+        }
     }
 }

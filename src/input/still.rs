@@ -51,7 +51,7 @@ impl StillReader {
         let camera = camera(&self.config, decoded.width, decoded.height)?;
         let named = !self.config.camera_frame.is_empty();
         let frame_id = if named { self.config.camera_frame.clone() } else { CAMERA_FRAME.into() };
-        let pose = match self.poses.pose(&frame_id, 0) {
+        let pose = match self.poses.pose(&frame_id, 0, self.poses.tolerance_ns) {
             Ok(resolved) => {
                 if resolved.base_derived {
                     self.report.note(self.poses.derived_note());

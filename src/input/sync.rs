@@ -1,4 +1,4 @@
-//! Brings together what belongs to a depth image: colour, confidence, calibration, pose.
+//! Brings together what belongs to a depth image of one camera: colour, confidence, calibration, pose.
 //!
 //! Depth images wait, in order of their stamps, until what belongs to them has come or can no longer
 //! come: a later colour image has passed, images have gone on for [`WAIT_NS`], the queue is full, or
@@ -6,12 +6,11 @@
 
 use std::collections::{HashMap, VecDeque};
 
-use crate::base::Result;
 use crate::base::Rigid;
 use crate::base::duration_ns;
 use crate::config::Config;
 use crate::input::ReadReport;
-use crate::input::event::{Event, Streams, TransformEvent};
+use crate::input::event::{Event, Streams};
 use crate::input::image_message::ImageMessage;
 use crate::input::pose::PoseResolver;
 use crate::input::transforms::JUMP_NS;
@@ -43,7 +42,7 @@ pub(crate) struct Synchronizer {
     camera_frame: String,
     depth_unit_m: f64,
     pair_tolerance_ns: u64,
-    poses: PoseResolver,
+    transform_tolerance_ns: u64,
     calibrations: HashMap<String, Calibration>,
     /// In order of stamps.
     pending: VecDeque<Pending>,
@@ -55,15 +54,13 @@ pub(crate) struct Synchronizer {
 }
 
 impl Synchronizer {
-    /// # Errors
-    /// [`crate::Error::Config`] for a stated transform that is not a transform.
-    pub(crate) fn new(config: &Config, streams: Streams) -> Result<Self> {
-        Ok(Self {
+    pub(crate) fn new(config: &Config, streams: Streams) -> Self {
+        Self {
             streams,
             camera_frame: config.camera_frame.clone(),
             depth_unit_m: config.depth_unit_m,
             pair_tolerance_ns: duration_ns(config.pair_tolerance_s),
-            poses: PoseResolver::new(config)?,
+            transform_tolerance_ns: duration_ns(config.transform_tolerance_s),
             calibrations: HashMap::new(),
             pending: VecDeque::new(),
             colors: VecDeque::new(),
@@ -71,7 +68,7 @@ impl Synchronizer {
             ready: VecDeque::new(),
             newest_image_ns: 0,
             last_released_ns: None,
-        })
+        }
     }
 
     /// The next frame that waits for nothing any more.
@@ -84,52 +81,76 @@ impl Synchronizer {
         !self.calibrations.is_empty()
     }
 
+    /// Stamp of the earliest depth image that waits, nanoseconds.
+    pub(crate) fn waiting_ns(&self) -> Option<u64> {
+        self.pending.front().map(|pending| pending.image.stamp_ns)
+    }
+
+    /// How many depth images wait.
+    pub(crate) fn waiting(&self) -> u64 {
+        self.pending.len() as u64
+    }
+
+    /// What of an image jumps back by more than a second: then the caller has this start over.
+    pub(crate) fn jump(&self, event: &Event) -> Option<&'static str> {
+        let newest_ns = |kept: &VecDeque<ImageMessage>| kept.back().map(|newest| newest.stamp_ns);
+        let (what, newest_ns, image) = match event {
+            Event::Depth(image) => {
+                let newest_ns = self.pending.back().map(|newest| newest.image.stamp_ns);
+                ("depth stamps", newest_ns.or(self.last_released_ns), image)
+            }
+            Event::Color(image) => ("colour stamps", newest_ns(&self.colors), image),
+            Event::Confidence(image) => ("confidence stamps", newest_ns(&self.confidences), image),
+            Event::Calibration { .. } => return None,
+        };
+        newest_ns.is_some_and(|ns| image.stamp_ns.saturating_add(JUMP_NS) < ns).then_some(what)
+    }
+
     /// Takes in what the recording says next.
-    pub(crate) fn push(&mut self, event: Event, report: &mut ReadReport) {
+    pub(crate) fn push(&mut self, event: Event, poses: &PoseResolver, report: &mut ReadReport) {
         match event {
             Event::Depth(image) => self.push_depth(image, report),
             Event::Color(image) => {
-                if jumps_back(&self.colors, &image) {
-                    self.start_over("colour stamps", report);
-                }
                 self.newest_image_ns = self.newest_image_ns.max(image.stamp_ns);
                 keep(&mut self.colors, image);
             }
-            Event::Confidence(image) => {
-                if jumps_back(&self.confidences, &image) {
-                    self.start_over("confidence stamps", report);
-                }
-                keep(&mut self.confidences, image);
+            Event::Confidence(image) => keep(&mut self.confidences, image),
+            Event::Calibration { topic, frame_id, camera } => {
+                self.calibrations.insert(topic, Calibration { frame_id, camera });
             }
-            Event::Calibration { topic, stamp_ns, frame_id, camera } => match camera {
-                Ok(camera) => {
-                    self.calibrations.insert(topic, Calibration { frame_id, camera });
-                }
-                Err(error) => report.skip(&topic, error.to_string(), stamp_ns),
-            },
-            Event::Transform { topic, transform } => self.push_transform(&topic, &transform, report),
         }
-        while self.pending.front().is_some_and(|front| self.settled(&front.image)) {
-            self.release_front(report);
-        }
+        self.settle(poses, report);
         self.forget();
     }
 
-    /// The recording is at its end: nothing more can come for the images that wait.
-    pub(crate) fn finish(&mut self, report: &mut ReadReport) {
-        while !self.pending.is_empty() {
-            self.release_front(report);
+    /// Releases what waits for nothing any more.
+    pub(crate) fn settle(&mut self, poses: &PoseResolver, report: &mut ReadReport) {
+        while self.pending.front().is_some_and(|front| self.settled(&front.image, poses)) {
+            self.release_front(poses, report);
         }
+    }
+
+    /// Nothing more can come for the images that wait.
+    pub(crate) fn finish(&mut self, poses: &PoseResolver, report: &mut ReadReport) {
+        while !self.pending.is_empty() {
+            self.release_front(poses, report);
+        }
+    }
+
+    /// A looped recording or a clock set back: what waits is released with what is known, and
+    /// everything with a stamp is forgotten.
+    pub(crate) fn start_over(&mut self, poses: &PoseResolver, report: &mut ReadReport) {
+        self.finish(poses, report);
+        self.colors.clear();
+        self.confidences.clear();
+        self.newest_image_ns = 0;
+        self.last_released_ns = None;
     }
 
     fn push_depth(&mut self, image: ImageMessage, report: &mut ReadReport) {
         let index = report.depth_images;
         report.depth_images += 1;
         let stamp_ns = image.stamp_ns;
-        let newest_ns = self.pending.back().map(|newest| newest.image.stamp_ns).or(self.last_released_ns);
-        if newest_ns.is_some_and(|newest_ns| stamp_ns.saturating_add(JUMP_NS) < newest_ns) {
-            self.start_over("depth stamps", report);
-        }
         let waiting = self.pending.partition_point(|other| other.image.stamp_ns < stamp_ns);
         let taken = self.pending.get(waiting).is_some_and(|other| other.image.stamp_ns == stamp_ns);
         if taken || self.last_released_ns.is_some_and(|last_ns| stamp_ns <= last_ns) {
@@ -141,40 +162,19 @@ impl Synchronizer {
         self.pending.insert(waiting, Pending { index, image });
     }
 
-    fn push_transform(&mut self, topic: &str, transform: &TransformEvent, report: &mut ReadReport) {
-        if self.poses.jumps_back(transform) {
-            self.start_over("transform stamps", report);
-        }
-        self.poses.take(topic, transform, report);
-    }
-
-    /// A looped recording or a clock set back: what waits is released with what is known, and
-    /// everything with a stamp is forgotten.
-    fn start_over(&mut self, what: &str, report: &mut ReadReport) {
-        self.finish(report);
-        self.poses.tree.clear_samples();
-        self.colors.clear();
-        self.confidences.clear();
-        self.newest_image_ns = 0;
-        self.last_released_ns = None;
-        report.note(format!(
-            "{what} jumped back by more than a second: pairing and transforms start over there"
-        ));
-    }
-
-    fn settled(&self, image: &ImageMessage) -> bool {
+    fn settled(&self, image: &ImageMessage, poses: &PoseResolver) -> bool {
         let waited = self.newest_image_ns > image.stamp_ns.saturating_add(WAIT_NS);
-        waited || self.pending.len() > MAX_PENDING || self.complete(image)
+        waited || self.pending.len() > MAX_PENDING || self.complete(image, poses)
     }
 
-    fn complete(&self, image: &ImageMessage) -> bool {
+    fn complete(&self, image: &ImageMessage, poses: &PoseResolver) -> bool {
         let passed = |stream: &Option<String>, kept: &VecDeque<ImageMessage>| {
             stream.is_none() || kept.back().is_some_and(|newest| newest.stamp_ns >= image.stamp_ns)
         };
         passed(&self.streams.color, &self.colors)
             && passed(&self.streams.confidence, &self.confidences)
             && self.depth_calibration(&image.frame_id).is_some()
-            && (!self.streams.has_transforms || self.poses.settled(self.depth_frame(image), image.stamp_ns))
+            && (!self.streams.has_transforms || poses.settled(self.depth_frame(image), image.stamp_ns))
     }
 
     /// The optical frame of the depth camera.
@@ -201,12 +201,12 @@ impl Synchronizer {
         self.calibration(topic, frame_id).or_else(only)
     }
 
-    fn release_front(&mut self, report: &mut ReadReport) {
+    fn release_front(&mut self, poses: &PoseResolver, report: &mut ReadReport) {
         let Some(Pending { index, image }) = self.pending.pop_front() else { return };
         self.last_released_ns = Some(image.stamp_ns);
         match self.depth(&image) {
             Ok(depth) => {
-                let frame = self.frame(index, &image, depth, report);
+                let frame = self.frame(index, &image, depth, poses, report);
                 self.ready.push_back(frame);
             }
             Err(reason) => report.skip(&self.streams.depth, reason, image.stamp_ns),
@@ -241,6 +241,7 @@ impl Synchronizer {
         index: u64,
         image: &ImageMessage,
         depth: DepthImage,
+        poses: &PoseResolver,
         report: &mut ReadReport,
     ) -> RgbdFrame {
         let color_message = self.nearest(&self.colors, image.stamp_ns);
@@ -250,10 +251,12 @@ impl Synchronizer {
                 .ok()
         });
         let color_frame = color_message.map(|message| message.frame_id.clone());
-        let color_from_depth =
-            color.as_ref().and(color_frame).and_then(|frame| self.color_from_depth(&frame, image, report));
+        let color_from_depth = color
+            .as_ref()
+            .and(color_frame)
+            .and_then(|frame| self.color_from_depth(&frame, image, poses, report));
         let confidence = self.confidence(&depth, report);
-        let pose = self.pose(&depth, report);
+        let pose = self.pose(&depth, poses, report);
         RgbdFrame { index, depth, color, color_from_depth, confidence, pose }
     }
 
@@ -285,13 +288,14 @@ impl Synchronizer {
         &self,
         color_frame: &str,
         image: &ImageMessage,
+        poses: &PoseResolver,
         report: &mut ReadReport,
     ) -> Option<Rigid> {
         if color_frame == image.frame_id {
             return Some(Rigid::IDENTITY);
         }
         let depth_frame = self.depth_frame(image);
-        let found = self.poses.lookup(color_frame, depth_frame, image.stamp_ns);
+        let found = poses.lookup(color_frame, depth_frame, image.stamp_ns, self.transform_tolerance_ns);
         found
             .map_err(|error| {
                 report.note(format!("no transform from `{depth_frame}` to `{color_frame}`: {error}"))
@@ -309,16 +313,16 @@ impl Synchronizer {
         decoded.map_err(|reason| report.skip(topic, reason, message.stamp_ns)).ok()
     }
 
-    fn pose(&self, depth: &DepthImage, report: &mut ReadReport) -> Option<FramePose> {
-        match self.poses.pose(&depth.frame_id, depth.stamp_ns) {
+    fn pose(&self, depth: &DepthImage, poses: &PoseResolver, report: &mut ReadReport) -> Option<FramePose> {
+        match poses.pose(&depth.frame_id, depth.stamp_ns, self.transform_tolerance_ns) {
             Ok(resolved) => {
                 if resolved.base_derived {
-                    report.note(self.poses.derived_note());
+                    report.note(poses.derived_note());
                 }
                 Some(resolved.pose)
             }
             Err(error) => {
-                let reason = self.poses.missing_reason(&depth.frame_id, &error);
+                let reason = poses.missing_reason(&depth.frame_id, &error);
                 report.skip(&self.streams.depth, reason, depth.stamp_ns);
                 None
             }
@@ -335,11 +339,6 @@ impl Synchronizer {
             }
         }
     }
-}
-
-/// Whether an image lies more than a second before the newest kept.
-fn jumps_back(kept: &VecDeque<ImageMessage>, image: &ImageMessage) -> bool {
-    kept.back().is_some_and(|newest| image.stamp_ns.saturating_add(JUMP_NS) < newest.stamp_ns)
 }
 
 /// Inserts by stamp, with a bounded number kept.

@@ -154,7 +154,7 @@ impl TumReader {
             self.poses.tree.insert(&self.map_frame, &self.camera_frame, pose_ns, map_from_camera);
             self.pose_ns = Some(pose_ns);
         }
-        match self.poses.pose(&self.camera_frame, stamp_ns) {
+        match self.poses.pose(&self.camera_frame, stamp_ns, self.poses.tolerance_ns) {
             Ok(resolved) => {
                 if resolved.base_derived {
                     self.report.note(self.poses.derived_note());

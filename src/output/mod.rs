@@ -5,9 +5,9 @@ use std::io::BufWriter;
 use std::path::Path;
 
 use crate::base::{Error, Result};
+use crate::config::SensorInfo;
 use crate::map::{MapUpdate, Update};
-use crate::mapper::SensorInfo;
-use crate::sensor::{Observation, SensorModel};
+use crate::sensor::Observation;
 
 pub mod cloud;
 mod exr;
@@ -63,8 +63,7 @@ impl FileNames {
 
 /// Whether a sensor is one of several cameras, or of several lidars.
 fn one_of_several(sensors: &[SensorInfo], sensor: &SensorInfo) -> bool {
-    let is_lidar = |model: &SensorModel| matches!(model, SensorModel::Lidar(_));
-    let alike = |other: &&SensorInfo| is_lidar(&other.model) == is_lidar(&sensor.model);
+    let alike = |other: &&SensorInfo| other.model.kind() == sensor.model.kind();
     sensors.iter().filter(alike).count() > 1
 }
 

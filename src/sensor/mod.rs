@@ -14,7 +14,7 @@ pub use beam_grid::BeamGrid;
 pub use camera::{CameraModel, Distortion};
 pub use dropped::{DropReason, Dropped};
 pub use frame::{ColorImage, DepthImage, DepthSamples, FramePose, RgbdFrame};
-pub use model::{CameraInfo, LidarInfo, SensorModel};
+pub use model::{CameraInfo, LidarInfo, SensorKind, SensorModel};
 pub use observation::{Observation, SensorData, SensorPose, Sweep};
 pub use returns::{ReturnCodes, ReturnType, Strength};
 pub use scan::{Columns, Point, Scan};

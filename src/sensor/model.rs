@@ -2,6 +2,28 @@
 
 use crate::sensor::{CameraModel, DepthSamples, RgbdFrame, Scan};
 
+/// What a sensor measures.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SensorKind {
+    /// Depth images, with or without colour.
+    Camera,
+    /// Scans.
+    Lidar,
+}
+
+impl SensorKind {
+    /// Both kinds.
+    pub const ALL: [Self; 2] = [Self::Camera, Self::Lidar];
+
+    /// The kind as a file states it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Camera => "camera",
+            Self::Lidar => "lidar",
+        }
+    }
+}
+
 /// Kind of a sensor, with what is known of it.
 #[derive(Debug, Clone, PartialEq)]
 pub enum SensorModel {
@@ -9,8 +31,19 @@ pub enum SensorModel {
     Camera(CameraInfo),
     /// A lidar.
     Lidar(LidarInfo),
-    /// Configured, and nothing of it came.
-    Missing,
+    /// Configured, and nothing of it came in the first 10 s of stamps.
+    Missing(SensorKind),
+}
+
+impl SensorModel {
+    /// What it measures.
+    pub fn kind(&self) -> SensorKind {
+        match self {
+            Self::Camera(_) => SensorKind::Camera,
+            Self::Lidar(_) => SensorKind::Lidar,
+            Self::Missing(kind) => *kind,
+        }
+    }
 }
 
 /// Size, encoding and calibrations of a depth camera's images.

@@ -3,7 +3,7 @@
 use glam::DVec2;
 
 use crate::base::Rigid;
-use crate::sensor::{RgbdFrame, Scan};
+use crate::sensor::{FramePose, RgbdFrame, Scan};
 
 /// Where base and sensor were when a sensor saw something.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -32,6 +32,12 @@ impl SensorPose {
         let swept =
             self.sweep.is_none_or(|sweep| finite(sweep.map_from_first) && finite(sweep.map_from_last));
         finite(self.map_from_base) && finite(self.base_from_sensor) && swept
+    }
+}
+
+impl From<FramePose> for SensorPose {
+    fn from(FramePose { map_from_base, base_from_camera }: FramePose) -> Self {
+        Self { map_from_base, base_from_sensor: base_from_camera, sweep: None }
     }
 }
 
@@ -75,14 +81,9 @@ pub struct Observation {
 impl Observation {
     /// A camera's frame, with the pose that it bears.
     pub fn of_frame(sensor: usize, map_frame: &str, frame: RgbdFrame) -> Self {
-        let pose = frame.pose.map(|pose| SensorPose {
-            map_from_base: pose.map_from_base,
-            base_from_sensor: pose.base_from_camera,
-            sweep: None,
-        });
         Self {
             sensor,
-            pose,
+            pose: frame.pose.map(SensorPose::from),
             map_frame: map_frame.into(),
             goal_m: None,
             data: SensorData::Frame(Box::new(frame)),

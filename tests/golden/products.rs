@@ -3,7 +3,8 @@
 use std::path::Path;
 
 use limpid::Config;
-use limpid::input::{CameraSource, LidarSource, PosedScans, open};
+use limpid::config::SensorKind;
+use limpid::input::open_source;
 use limpid::map::{Grid, Update};
 use limpid::mapper::Options;
 use limpid::run::run;
@@ -30,7 +31,8 @@ pub(super) fn fnv1a(parts: &[&[u8]]) -> u64 {
 pub(super) fn camera_case(path: &Path, yaml: &str, frames: u64) -> Vec<Product> {
     let config = Config::from_yaml(yaml).unwrap();
     let options = Options { images: true, layers: true, ..Options::default() };
-    let mut source = CameraSource::new(open(path, &config).unwrap(), &config).unwrap();
+    let config = config.only(SensorKind::Camera).unwrap();
+    let mut source = open_source(path, &config).unwrap();
     let mut products = Vec::new();
     let mut add = |update: &Update| {
         let out = update.camera().unwrap();
@@ -52,7 +54,7 @@ pub(super) fn camera_case(path: &Path, yaml: &str, frames: u64) -> Vec<Product> 
             Product::new("color", &[color]),
         ]);
     };
-    run(&mut source, 0..frames, &config, &options, &mut [], &mut add).unwrap();
+    run(source.as_mut(), 0..frames, &config, &options, &mut [], &mut add).unwrap();
     products
 }
 
@@ -60,7 +62,8 @@ pub(super) fn camera_case(path: &Path, yaml: &str, frames: u64) -> Vec<Product> 
 pub(super) fn lidar_case(path: &Path, yaml: &str, scans: u64) -> Vec<Product> {
     let config = Config::from_yaml(yaml).unwrap();
     let options = Options { layers: true, ..Options::default() };
-    let mut source = LidarSource::new(PosedScans::open(path, &config).unwrap(), &config).unwrap();
+    let config = config.only(SensorKind::Lidar).unwrap();
+    let mut source = open_source(path, &config).unwrap();
     let mut products = Vec::new();
     let mut add = |update: &Update| {
         let (out, map) = (update.lidar().unwrap(), update.map.as_ref().unwrap());
@@ -80,7 +83,7 @@ pub(super) fn lidar_case(path: &Path, yaml: &str, scans: u64) -> Vec<Product> {
             products.push(Product::new("panes", &[bytemuck::cast_slice(&glass.panes)]));
         }
     };
-    run(&mut source, 0..scans, &config, &options, &mut [], &mut add).unwrap();
+    run(source.as_mut(), 0..scans, &config, &options, &mut [], &mut add).unwrap();
     products
 }
 

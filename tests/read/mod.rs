@@ -5,13 +5,17 @@ mod bag;
 mod damaged;
 mod exr;
 mod hostile;
+mod memory;
 mod messages;
 mod pairing;
 mod points;
 mod poses;
 mod real;
 mod ros1;
+mod several;
+mod source;
 pub(crate) mod synthetic;
+mod trio;
 mod tum;
 
 use limpid::Config;

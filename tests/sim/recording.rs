@@ -83,7 +83,7 @@ fn recordings_come_back_and_the_methods_run_on_them() {
         "the same seed, the same bytes"
     );
     let config = Config { method: Method::Naive, ..Config::default() };
-    let mut source = input::open_source(&mcap, &config, None).unwrap();
+    let mut source = input::open_source(&mcap, &config).unwrap();
     let report =
         run(source.as_mut(), 0..u64::MAX, &config, &Options::default(), &mut [], &mut |_| {}).unwrap();
     assert_eq!((report.taken(), report.sensors[0].without_pose), (u64::from(FRAMES), 0));

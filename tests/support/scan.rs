@@ -142,10 +142,6 @@ impl ScanPipeline {
     pub(crate) fn receive(&mut self) -> Result<Option<ScanOutput>> {
         Ok(self.mapper.wait()?.map(Into::into))
     }
-
-    pub(crate) fn is_full(&self) -> bool {
-        self.mapper.is_full(0)
-    }
 }
 
 /// With the map in the lidar's own frame.

@@ -2,7 +2,7 @@
 
 use crate::base::Result;
 use crate::base::Rigid;
-use crate::input::event::{Event, TransformEvent};
+use crate::input::event::TransformEvent;
 use crate::input::image_message::ImageMessage;
 use crate::input::log::topics::{Kind, Wire};
 use crate::message::{bare_frame, decode_error, foxglove, ros2};
@@ -25,25 +25,29 @@ pub(super) fn image(kind: Kind, frame_id: Option<&str>, payload: &[u8]) -> Resul
     Ok(image)
 }
 
-/// A calibration message, in `frame_id` where it does not say so itself; what is wrong with its numbers
-/// is part of the event.
-pub(super) fn calibration(kind: Kind, topic: &str, frame_id: Option<&str>, payload: &[u8]) -> Result<Event> {
-    let (stamp_ns, own_frame_id, camera) = match kind {
+/// A calibration message; what is wrong with its numbers is part of it.
+pub(super) struct Calibration {
+    pub(super) stamp_ns: u64,
+    pub(super) frame_id: String,
+    pub(super) camera: Result<CameraModel>,
+}
+
+pub(super) fn calibration(kind: Kind, payload: &[u8]) -> Result<Calibration> {
+    match kind {
         Kind::RosCameraInfo(wire) => {
             let info: ros2::CameraInfo = wire.decode("sensor_msgs/CameraInfo", payload)?;
             let camera = camera_model([info.width, info.height], &info.k, &info.distortion_model, &info.d);
-            (info.header.stamp.stamp_ns()?, bare_frame(info.header.frame_id), camera)
+            let (stamp_ns, frame_id) = (info.header.stamp.stamp_ns()?, bare_frame(info.header.frame_id));
+            Ok(Calibration { stamp_ns, frame_id, camera })
         }
         Kind::FoxgloveCalibration => {
             let info: foxglove::CameraCalibration =
                 foxglove::decode_protobuf("foxglove.CameraCalibration", payload)?;
             let camera = camera_model([info.width, info.height], &info.k, &info.distortion_model, &info.d);
-            (foxglove::stamp_ns(info.timestamp)?, info.frame_id, camera)
+            Ok(Calibration { stamp_ns: foxglove::stamp_ns(info.timestamp)?, frame_id: info.frame_id, camera })
         }
-        _ => return Err(decode_error("calibration", "the topic holds another type")),
-    };
-    let frame_id = frame_id.map_or(own_frame_id, Into::into);
-    Ok(Event::Calibration { topic: topic.into(), stamp_ns, frame_id, camera })
+        _ => Err(decode_error("calibration", "the topic holds another type")),
+    }
 }
 
 fn camera_model([width, height]: [u32; 2], k: &[f64], model: &str, d: &[f64]) -> Result<CameraModel> {

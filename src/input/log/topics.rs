@@ -123,7 +123,7 @@ impl Channel {
 }
 
 /// The channels of a recording.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub(super) struct Channels {
     schemas: BTreeMap<u16, String>,
     by_id: BTreeMap<u32, Channel>,
@@ -164,6 +164,18 @@ impl Channels {
 
     pub(super) fn is_empty(&self) -> bool {
         self.by_id.is_empty()
+    }
+
+    /// Whether there is such a topic.
+    pub(super) fn has(&self, topic: &str) -> bool {
+        self.by_id.values().any(|channel| channel.topic == topic)
+    }
+
+    /// These without some topics.
+    pub(super) fn without(&self, topics: &[&str]) -> Self {
+        let mut rest = self.clone();
+        rest.by_id.retain(|_, channel| !topics.contains(&channel.topic.as_str()));
+        rest
     }
 
     /// How many messages the summary says a topic has.
@@ -306,6 +318,11 @@ pub(super) fn find_depth(channels: &Channels) -> Option<String> {
     found.min_by_key(|channel| (rank(channel), channel.topic.clone())).map(|channel| channel.topic.clone())
 }
 
+/// How many names two topics have in common from the root of the tree of names.
+pub(super) fn shared_names(a: &str, b: &str) -> usize {
+    a.split('/').zip(b.split('/')).take_while(|(a, b)| a == b).count()
+}
+
 /// Topics that say colour before those that merely say image, nearest in the tree of names to depth,
 /// raw images before packed ones.
 fn find_color(channels: &Channels, depth: &str) -> Option<String> {
@@ -317,8 +334,11 @@ fn find_color(channels: &Channels, depth: &str) -> Option<String> {
     let rank = |channel: &Channel| {
         let topic = channel.topic.to_lowercase();
         let vague = !["color", "colour", "rgb"].iter().any(|word| topic.contains(word));
-        let shared = channel.topic.split('/').zip(depth.split('/')).take_while(|(a, b)| a == b).count();
-        (vague, usize::MAX - shared, !channel.kind.is_some_and(Kind::is_raw_image))
+        (
+            vague,
+            usize::MAX - shared_names(&channel.topic, depth),
+            !channel.kind.is_some_and(Kind::is_raw_image),
+        )
     };
     let found = channels.of_kind(Kind::is_image).filter(named);
     found.min_by_key(|channel| (rank(channel), channel.topic.clone())).map(|channel| channel.topic.clone())

@@ -16,6 +16,7 @@ mod table;
 pub mod velodyne;
 
 use crate::base::Result;
+use crate::config::Config;
 use crate::input::ReadReport;
 pub use crate::input::log::LogScans;
 pub use crate::input::points::files::FileScans;
@@ -32,6 +33,17 @@ pub struct Options {
     pub model: Option<VelodyneModel>,
     /// Meaning of the numbers in a cloud's `return_type` field.
     pub return_codes: ReturnCodes,
+}
+
+impl Options {
+    /// As a configuration has them.
+    pub(crate) fn of(config: &Config) -> Self {
+        Self {
+            topic: Some(config.scan_topic.clone()).filter(|topic| !topic.is_empty()),
+            model: config.velodyne_model,
+            return_codes: config.return_codes,
+        }
+    }
 }
 
 /// What a reader of scans met, complete once `next_scan` has returned `None`.
@@ -73,12 +85,6 @@ pub trait Scans {
 
     /// What was met so far.
     fn report(&self) -> &ScanReport;
-
-    /// Log time of the newest message read, where the recording is a log of messages, nanoseconds. Its clock need not be
-    /// that of stamps.
-    fn log_time_ns(&self) -> Option<u64> {
-        None
-    }
 
     /// How many scans the recording says it holds, where it does.
     fn scan_count_hint(&self) -> Option<u64>;

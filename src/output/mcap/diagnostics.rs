@@ -1,11 +1,11 @@
 //! The states of sensors and map as ROS diagnostics (spec 1 §5, spec 4 §3).
 
+use crate::config::SensorInfo;
 use crate::map::{CameraUpdate, LidarUpdate, MapUpdate, Seen, State, Update};
-use crate::mapper::SensorInfo;
 use crate::message::ros2::Header;
 use crate::message::written::{DiagnosticArray, DiagnosticStatus, KeyValue};
 use crate::output::{one_of_several, pass_sums_ms};
-use crate::sensor::SensorModel;
+use crate::sensor::SensorKind;
 
 const LEVEL_OK: u8 = 0;
 const LEVEL_WARN: u8 = 1;
@@ -26,9 +26,9 @@ pub(super) struct Diagnostics(Vec<Sensor>);
 impl Diagnostics {
     pub(super) fn new(sensors: &[SensorInfo]) -> Self {
         let sensor = |sensor: &SensorInfo| {
-            let title = match sensor.model {
-                SensorModel::Lidar(_) => "limpid: lidar",
-                _ => "limpid: depth reliability",
+            let title = match sensor.model.kind() {
+                SensorKind::Lidar => "limpid: lidar",
+                SensorKind::Camera => "limpid: depth reliability",
             };
             let own =
                 if one_of_several(sensors, sensor) { format!(": {}", sensor.name) } else { String::new() };

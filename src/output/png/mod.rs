@@ -3,9 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use crate::base::Result;
-use crate::config::Config;
+use crate::config::{Config, SensorInfo};
 use crate::map::{Seen, State, Update};
-use crate::mapper::SensorInfo;
 use crate::output::{FileNames, Sink, create_folder, encode_error, grid_mismatch, narrow};
 use crate::sensor::Observation;
 

@@ -1,0 +1,327 @@
+//! One pass over a log: what it says of any number of cameras and lidars, and of the robot's motion, which they share.
+
+use std::path::{Path, PathBuf};
+
+use crate::base::{Error, Result};
+use crate::input::ReadReport;
+use crate::input::bag::{self, BagRecords};
+use crate::input::event::{Event, TransformEvent};
+use crate::input::log::decode::{self, Calibration};
+use crate::input::log::motion::Motion;
+use crate::input::log::sensor::{LogSensor, Reader};
+use crate::input::log::topics::{Channel, Channels, Kind};
+use crate::input::log::{Record, Records};
+use crate::input::mcap::McapRecords;
+use crate::input::points::ScanReport;
+use crate::input::report::merge;
+use crate::sensor::Observation;
+
+/// How far a file without a summary is read ahead for its channels, bytes.
+const SCAN_BYTES: u64 = 256 << 20;
+
+/// See the module.
+pub(crate) struct Log {
+    pub(super) path: PathBuf,
+    records: Box<dyn Records + Send>,
+    pub(super) channels: Channels,
+    motion: Motion,
+    pub(super) sensors: Vec<LogSensor>,
+    /// Newest log time, nanoseconds.
+    log_time_ns: u64,
+    /// What is no single sensor's.
+    pub(super) report: ReadReport,
+    pub(super) at_end: bool,
+}
+
+/// The channels of an MCAP file or a ROS 1 bag, and whether they were found by reading ahead.
+pub(super) fn channels_of(path: &Path, is_bag: bool) -> Result<(Channels, bool)> {
+    fn read<R: Records>(path: &Path) -> Result<(Channels, bool)> {
+        let mut channels = Channels::default();
+        R::summary(path)?.into_iter().for_each(|record| channels.learn(record));
+        let ahead = channels.is_empty();
+        if ahead {
+            let mut records = R::open(path)?;
+            while let Some(record) = records.next(&|_| false)? {
+                channels.learn(record);
+                if records.offset() > SCAN_BYTES {
+                    break;
+                }
+            }
+        }
+        Ok((channels, ahead))
+    }
+    if is_bag { read::<BagRecords>(path) } else { read::<McapRecords>(path) }
+}
+
+impl Log {
+    /// Opens an MCAP file or a ROS 1 bag; `choose` says which sensors and motion are read of its channels.
+    ///
+    /// # Errors
+    /// [`Error::File`]; [`Error::Format`] for other files; what `choose` gives.
+    pub(super) fn open(
+        path: &Path,
+        is_bag: bool,
+        choose: impl FnOnce(&Channels, &mut ReadReport) -> Result<(Motion, Vec<LogSensor>)>,
+    ) -> Result<Self> {
+        let mut report = ReadReport::default();
+        let (channels, ahead) = channels_of(path, is_bag)?;
+        if ahead {
+            report.note("the file has no summary: its topics were found by reading ahead");
+        }
+        let (motion, sensors) = choose(&channels, &mut report)?;
+        let records: Box<dyn Records + Send> =
+            if is_bag { Box::new(BagRecords::open(path)?) } else { Box::new(McapRecords::open(path)?) };
+        let path = path.into();
+        Ok(Self { path, records, channels, motion, sensors, log_time_ns: 0, report, at_end: false })
+    }
+
+    /// Whether a file's first bytes are those of a log, and then whether it is a bag.
+    pub(crate) fn recognise(start: &[u8]) -> Option<bool> {
+        let is_bag = start.starts_with(bag::MAGIC);
+        (is_bag || start.starts_with(::mcap::MAGIC)).then_some(is_bag)
+    }
+
+    /// Reads on by one record, or to the end of the log.
+    ///
+    /// # Errors
+    /// [`Error::File`]; [`Error::Format`] where the one sensor is a camera none of whose images can be used.
+    pub(super) fn step(&mut self) -> Result<()> {
+        let (channels, sensors, motion) = (&self.channels, &self.sensors, &self.motion);
+        let has_camera = sensors.iter().any(|sensor| matches!(sensor.reader, Reader::Camera(_)));
+        let wanted = |id: u32| {
+            channels.get(id).is_some_and(|channel| {
+                let is_info = has_camera && channel.kind.is_some_and(Kind::is_calibration);
+                is_info || motion.reads(channel) || sensors.iter().any(|sensor| sensor.reads(channel))
+            })
+        };
+        let record = self.records.next(&wanted)?;
+        self.records.take_notes().into_iter().for_each(|note| self.report.note(note));
+        match record {
+            None => return self.end(),
+            Some(Record::Message { channel_id, log_time_ns, data }) => {
+                self.take_message(channel_id, log_time_ns, &data);
+            }
+            Some(Record::Statistics { .. }) => {}
+            Some(about_channels) => {
+                self.channels.learn(about_channels);
+                self.motion.learn(&self.channels);
+            }
+        }
+        Ok(())
+    }
+
+    /// Moves on what waits for nothing any more.
+    pub(super) fn settle(&mut self) {
+        self.take_scans();
+        let log_now_ns = (!self.at_end).then_some(self.log_time_ns);
+        for sensor in &mut self.sensors {
+            sensor.settle(&self.motion, log_now_ns);
+        }
+    }
+
+    fn end(&mut self) -> Result<()> {
+        self.at_end = true;
+        let alone = self.sensors.len() == 1;
+        for sensor in &mut self.sensors {
+            match &mut sensor.reader {
+                Reader::Lidar(lidar) => lidar.finish(),
+                Reader::Camera(camera) => {
+                    let Some(reason) = camera.uncalibrated() else { continue };
+                    if alone {
+                        camera.sync.finish(&self.motion.poses, &mut camera.report);
+                        return Err(Error::Format { path: self.path.clone(), reason });
+                    }
+                    camera.report.note(format!("`{}`: {reason}", sensor.name));
+                }
+                Reader::Absent => {}
+            }
+        }
+        Ok(())
+    }
+
+    fn take_message(&mut self, channel_id: u32, log_time_ns: u64, payload: &[u8]) {
+        let Some(channel) = self.channels.get(channel_id) else { return };
+        let Channel { topic, kind: Some(kind), .. } = channel else { return };
+        let (channel, topic, kind) = (channel.clone(), topic.clone(), *kind);
+        self.log_time_ns = self.log_time_ns.max(log_time_ns);
+        let taken = if kind.is_calibration() {
+            self.take_calibration(&topic, kind, payload)
+        } else if self.motion.reads(&channel) {
+            let transforms = self.motion.take(&topic, kind, log_time_ns, payload, &mut self.report);
+            transforms.map(|transforms| transforms.iter().for_each(|t| self.take_transform(&topic, t)))
+        } else {
+            self.take_data(&channel, kind, log_time_ns, payload)
+        };
+        if let Err(error) = taken {
+            self.report.skip(&topic, error.to_string(), log_time_ns);
+        }
+    }
+
+    fn take_calibration(&mut self, topic: &str, kind: Kind, payload: &[u8]) -> Result<()> {
+        let Calibration { stamp_ns, frame_id, camera: model } = decode::calibration(kind, payload)?;
+        let model = match model {
+            Ok(model) => model,
+            Err(error) => {
+                self.report.skip(topic, error.to_string(), stamp_ns);
+                return Ok(());
+            }
+        };
+        let Self { sensors, motion, .. } = self;
+        for sensor in sensors {
+            let Reader::Camera(camera) = &mut sensor.reader else { continue };
+            let frame_id = camera.frame_id(topic).unwrap_or(&frame_id).to_owned();
+            let event = Event::Calibration { topic: topic.into(), frame_id, camera: model };
+            camera.sync.push(event, &motion.poses, &mut camera.report);
+        }
+        Ok(())
+    }
+
+    fn take_transform(&mut self, topic: &str, transform: &TransformEvent) {
+        if self.motion.poses.jumps_back(transform) {
+            self.restart(
+                "transform stamps jumped back by more than a second: pairing and transforms start over there",
+            );
+        }
+        self.motion.poses.take(topic, transform, &mut self.report);
+    }
+
+    /// The transforms start over, and with them what was seen before they did.
+    fn restart(&mut self, note: &str) {
+        for sensor in &mut self.sensors {
+            sensor.restart_with_transforms(&self.motion);
+        }
+        self.motion.poses.tree.clear_samples();
+        self.report.note(note);
+    }
+
+    fn take_data(&mut self, channel: &Channel, kind: Kind, log_time_ns: u64, payload: &[u8]) -> Result<()> {
+        for at in 0..self.sensors.len() {
+            if !self.sensors[at].reads(channel) {
+                continue;
+            }
+            match &mut self.sensors[at].reader {
+                Reader::Lidar(lidar) => lidar.take(kind, log_time_ns, payload),
+                Reader::Camera(camera) if matches!(kind, Kind::RosTransform(_) | Kind::RosFloat(_)) => {
+                    let transform = camera.sdk_transform(&channel.topic, kind, payload)?;
+                    if let Some(transform) = transform {
+                        self.take_transform(&channel.topic, &transform);
+                    }
+                }
+                Reader::Camera(camera) => {
+                    if let Some(event) = camera.event(&channel.topic, kind, log_time_ns, payload) {
+                        self.take_event(at, event, log_time_ns);
+                    }
+                }
+                Reader::Absent => {}
+            }
+        }
+        Ok(())
+    }
+
+    fn take_event(&mut self, at: usize, event: Event, log_time_ns: u64) {
+        let alone = self.sensors.len() == 1;
+        let LogSensor { name, reader, ready, track } = &mut self.sensors[at];
+        let Reader::Camera(camera) = reader else { return };
+        if let Some(what) = camera.restart_at(&event, &self.motion) {
+            while let Some(observation) = camera.pop(&self.motion) {
+                ready.push_back((track.jumps, observation));
+            }
+            let scope = if alone { "pairing and transforms start" } else { "its pairing starts" };
+            camera
+                .report
+                .note(format!("`{name}`: {what} jumped back by more than a second: {scope} over there"));
+            // The transforms serve others whose stamps may not have jumped.
+            if alone {
+                self.motion.poses.tree.clear_samples();
+            }
+        }
+        let seen_ns = if let Event::Depth(image) = &event { Some(image.stamp_ns) } else { None };
+        if let Some(stamp_ns) = seen_ns {
+            track.see(stamp_ns, log_time_ns);
+        }
+        camera.sync.push(event, &self.motion.poses, &mut camera.report);
+        if seen_ns.is_some() {
+            self.compare_clocks(at);
+        }
+    }
+
+    /// Has scans that are decoded wait for their poses.
+    fn take_scans(&mut self) {
+        for at in 0..self.sensors.len() {
+            let mut seen = false;
+            let LogSensor { name, reader, track, .. } = &mut self.sensors[at];
+            let Reader::Lidar(lidar) = reader else { continue };
+            while let Some(scan) = lidar.next_scan() {
+                let jumped = track.see(scan.stamp_ns, self.log_time_ns);
+                if jumped {
+                    let note = format!("`{name}`: stamps of scans jumped back by more than a second");
+                    lidar.report.read.note(note);
+                }
+                lidar.wait(scan, jumped);
+                seen = true;
+            }
+            if seen {
+                self.compare_clocks(at);
+            }
+        }
+    }
+
+    /// Tells of clocks that differ from that of a sensor.
+    fn compare_clocks(&mut self, at: usize) {
+        let this = &self.sensors[at];
+        for other in self.sensors.iter().filter(|other| other.name != this.name) {
+            let Some(ahead_s) = this.track.ahead_of_s(&other.track) else { continue };
+            let (first, last, ahead_s) = if ahead_s > 0.0 {
+                (&this.name, &other.name, ahead_s)
+            } else {
+                (&other.name, &this.name, -ahead_s)
+            };
+            self.report.note_once(
+                &format!("clocks differ: stamps of `{first}` are ahead of those of `{last}`"),
+                &format!(" by {ahead_s:.1} s when they are read"),
+            );
+        }
+    }
+
+    /// The next observation of a log with one sensor.
+    ///
+    /// # Errors
+    /// As [`Self::step`].
+    pub(crate) fn next_of_one(&mut self) -> Result<Option<Observation>> {
+        loop {
+            let ready = self.sensors.first_mut().and_then(|sensor| sensor.ready.pop_front());
+            if ready.is_some() || self.at_end {
+                return Ok(ready.map(|(_, observation)| observation));
+            }
+            self.step()?;
+            self.settle();
+        }
+    }
+
+    /// How many scans a log whose one sensor is a lidar says it holds.
+    pub(crate) fn scan_count_hint(&self) -> Option<u64> {
+        match self.sensors.first().map(|sensor| &sensor.reader) {
+            Some(Reader::Lidar(lidar)) => self.channels.messages(&lidar.topic),
+            _ => None,
+        }
+    }
+
+    /// What was met so far of a log whose one sensor is a lidar.
+    pub(crate) fn scan_report(&self) -> ScanReport {
+        let read = self.whole_report();
+        match self.sensors.first().map(|sensor| &sensor.reader) {
+            Some(Reader::Lidar(lidar)) => ScanReport { read, ..lidar.report.clone() },
+            _ => ScanReport { read, ..ScanReport::default() },
+        }
+    }
+
+    /// What was met so far.
+    pub(crate) fn whole_report(&self) -> ReadReport {
+        let mut whole = self.report.clone();
+        for report in self.sensors.iter().filter_map(LogSensor::report) {
+            whole.depth_images += report.depth_images;
+            merge(&mut whole, report);
+        }
+        whole
+    }
+}
