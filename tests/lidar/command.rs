@@ -42,7 +42,7 @@ fn run_writes_plan_maps_in_every_form() {
     let (mcap, png, dump, map) = (path("out.mcap"), path("png"), path("dump"), path("map"));
     let (done, text) =
         limpid(&["run", &path("scans"), "-o", &mcap, "--png", &png, "--dump", &dump, "--map", &map]);
-    assert!(done && text.contains("2 scans") && text.contains("1 solid"), "{text}");
+    assert!(done && text.contains("lidar: 2 used") && text.contains("1 solid"), "{text}");
     let names = |folder: &str| {
         let entries =
             std::fs::read_dir(folder).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap());
@@ -50,9 +50,10 @@ fn run_writes_plan_maps_in_every_form() {
         names.sort();
         names
     };
-    assert_eq!(names(&png), ["000000-plan.png", "000001-plan.png"]);
+    assert_eq!(names(&png), ["000000-map.png", "000001-map.png"]);
     let expected = [
         "class.exr",
+        "costmap.exr",
         "false_negative.exr",
         "false_positive.exr",
         "frame.json",
@@ -62,7 +63,6 @@ fn run_writes_plan_maps_in_every_form() {
         "intensity_below.exr",
         "intensity_plane.exr",
         "plan.exr",
-        "plan_costs.exr",
         "true_positive.exr",
     ];
     assert_eq!(names(&format!("{dump}/000001")), expected);
@@ -72,7 +72,7 @@ fn run_writes_plan_maps_in_every_form() {
     assert!(std::fs::metadata(format!("{map}.pgm")).unwrap().len() > 40_000);
     let bytes = std::fs::read(&mcap).unwrap();
     let messages: Vec<_> = ::mcap::MessageStream::new(&bytes).unwrap().map(|m| m.unwrap()).collect();
-    for topic in ["/limpid/plan", "/limpid/plan_raw", "/limpid/plan_classes"] {
+    for topic in ["/limpid/costmap", "/limpid/costmap_raw", "/limpid/classes"] {
         assert_eq!(messages.iter().filter(|m| m.channel.topic == topic).count(), 2, "{topic}");
     }
     assert!(messages.iter().all(|m| m.channel.topic != "/tf"), "there are no poses to write");
