@@ -105,7 +105,7 @@ fn a_cut_off_recording_gives_the_frames_before_the_cut() {
     let text = succeeds(&limpid(&["run", cut.to_str().unwrap()]));
     let frames: u32 = text
         .lines()
-        .find_map(|line| line.split_once(" frames in ").and_then(|(count, _)| count.parse().ok()))
+        .find_map(|line| line.split_once(" frames and scans in ").and_then(|(count, _)| count.parse().ok()))
         .unwrap();
     assert!((10..30).contains(&frames), "{text}");
     assert!(text.contains("note: ") && text.contains("cut"), "{text}");
@@ -133,7 +133,7 @@ fn run_writes_what_it_is_asked_for() {
         "--map",
         map.to_str().unwrap(),
     ]));
-    assert!(text.contains("3 frames in") && text.contains("adapter: "), "{text}");
+    assert!(text.contains("3 frames and scans in") && text.contains("adapter: "), "{text}");
     assert!(std::fs::read(&mcap).unwrap().ends_with(b"\x89MCAP0\r\n"), "a finished MCAP");
     for number in ["000003", "000004", "000005"] {
         assert!(png.join(format!("{number}-costmap.png")).exists());

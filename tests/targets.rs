@@ -162,7 +162,7 @@ fn frames_that_cannot_serve_are_named() {
     refused(&with(&|f| f.color = None), &["colour image of frame 6", "is missing"]);
     refused(&with(&|f| f.color_from_depth = None), &["colour image of frame 6"]);
     refused(&with(&|f| f.depth.camera.fx += 1.0), &["calibration of frame 6", "changes"]);
-    refused(&with(&|f| f.depth.samples = DepthSamples::Metres(vec![1.0])), &["depth image of frame 6"]);
+    refused(&with(&|f| f.depth.samples = DepthSamples::Metres(vec![1.0])), &["frame 6: depth image"]);
     refused(&frames[..4], &["frame 0", "3 other frames", "4 are needed"]);
     let mut apart = frames.clone();
     for frame in &mut apart {

@@ -37,13 +37,14 @@ fn a_million_points_work_and_one_more_than_fits_is_refused_by_number() {
     // All in one cell at full scale: the largest sum there can be.
     let points = vec![point([1.05, 1.05, 0.2], 255.0); MAX_POINTS as usize];
     let small = still(scan(0, points[..100].to_vec()));
-    let mut pipeline = open(&Config::default(), &small);
+    let config = Config { max_points: MAX_POINTS, ..Config::default() };
+    let mut pipeline = open(&config, &small);
     let out = step(&mut pipeline, &still(scan(1, points.clone())));
     assert_eq!((out.points, out.count(CellClass::Solid)), (MAX_POINTS as usize, 1));
     let high = out.layers.unwrap().grids.iter().find(|g| g.0 == "intensity_1").unwrap().1.clone();
     assert!((high.iter().copied().fold(0.0, f32::max) - 1.0).abs() < 1e-6, "the mean is exact");
     let more = still(scan(2, [points, vec![point([1.0, 0.0, 0.0], 1.0)]].concat()));
-    refused(&Config::default(), &more, "1048577 points; at most 1048576");
+    refused(&config, &more, "1048577 points; at most 1048576");
     let error = pipeline.submit(&more).unwrap_err();
     assert!(matches!(error, Error::Input { .. }), "{error}");
     assert_eq!(step(&mut pipeline, &small).points, 100, "and the next one works");

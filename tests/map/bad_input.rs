@@ -42,7 +42,7 @@ fn bad_frames() -> Vec<(RgbdFrame, &'static str)> {
         (lens(|c| c.width = 80), "80x120 where the first one had 160x120"),
         (lens(|c| c.height = 0), "image size is 160x0"),
         (spoilt(|f| f.depth.samples = integer(0.001)), "between integer and float"),
-        (spoilt(|f| f.pose = None), "no transform from map to camera"),
+        (spoilt(|f| f.pose = None), "no transform from map to sensor"),
         (lens(|c| c.fx = 0.0), "fx = 0"),
         (lens(|c| c.fy = f64::NAN), "fy = NaN"),
         (lens(|c| c.cx = f64::INFINITY), "principal point"),

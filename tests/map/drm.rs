@@ -134,7 +134,7 @@ fn drm_wants_readable_weights_and_colour() {
     refused(&missing, &options(&frame(0)), &["no/such.safetensors"]);
     let broken = Config { weights: "Cargo.toml".into(), ..config() };
     refused(&broken, &options(&frame(0)), &["Cargo.toml", "safetensors"]);
-    refused(&config(), &all(), &["colour image", "method drm needs colour"]);
+    refused(&config(), &all(), &["drm needs colour images"]);
 }
 
 #[test]
