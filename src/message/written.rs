@@ -100,7 +100,7 @@ pub struct KeyValue {
 /// `diagnostic_msgs/DiagnosticStatus`.
 #[derive(Debug, Clone, Serialize)]
 pub struct DiagnosticStatus {
-    /// 0 OK, 1 WARN.
+    /// 0 OK, 1 WARN, 2 ERROR.
     pub level: u8,
     /// Which component.
     pub name: String,

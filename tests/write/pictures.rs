@@ -5,6 +5,7 @@ use std::path::Path;
 use image::RgbImage;
 use limpid::Config;
 use limpid::map::{CellClass, Grid, MapUpdate, Update};
+use limpid::mapper::SensorInfo;
 use limpid::output::{PngSink, Sink};
 use tempfile::TempDir;
 
@@ -148,11 +149,12 @@ fn what_the_colour_camera_does_not_see_is_drawn_as_without_colour() {
 }
 
 /// The only picture that the map of `sensors` gives, and its name.
-fn map_picture(output: &Update, sensors: &[limpid::mapper::SensorInfo]) -> (String, RgbImage) {
-    let folder = TempDir::new().unwrap();
-    let mut sink = PngSink::create(folder.path(), &Config::default(), sensors).unwrap();
+fn map_picture(kept: &str, output: &Update, sensors: &[SensorInfo]) -> (String, RgbImage) {
+    let (_temporary, folder) = sample::output_folder();
+    let folder = folder.join(kept);
+    let mut sink = PngSink::create(&folder, &Config::default(), sensors).unwrap();
     sink.write(output, None).unwrap();
-    let mut files = std::fs::read_dir(folder.path()).unwrap().map(|entry| entry.unwrap().path());
+    let mut files = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
     let path = files.next().unwrap();
     assert!(files.next().is_none());
     (path.file_name().unwrap().to_str().unwrap().into(), image::open(path).unwrap().to_rgb8())
@@ -168,7 +170,8 @@ fn by_row(change: impl FnOnce(&mut MapUpdate)) -> Update {
     let mut output = sample::published();
     let map = output.map.as_mut().unwrap();
     map.grid = Grid { origin_x_m: 0.0, origin_y_m: 0.0, resolution_m: 0.25, width: 12, height: 10 };
-    (map.verdicts.truncate(120), map.classes.truncate(120));
+    map.verdicts.truncate(120);
+    map.classes.truncate(120);
     map.costmap = vec![0; 120];
     let of_row = [4, 2, 4, 2, 1, 2, 3, 1, 1, 0, 0, 5];
     for (cell, class) in of_row.into_iter().enumerate() {
@@ -185,7 +188,7 @@ fn by_row(change: impl FnOnce(&mut MapUpdate)) -> Update {
 fn verdicts_tell_glass_occupied_and_stale_apart() {
     let config = Config::default();
     let sensors = [sample::camera("front", &config), sample::lidar("top", &config)];
-    let (name, picture) = map_picture(&by_row(|_| ()), &sensors);
+    let (name, picture) = map_picture("map-verdicts", &by_row(|_| ()), &sensors);
     assert_eq!(name, "map-000003-map.png");
     let (solid, passable, transparent) = ([250, 246, 236], [74, 178, 84], [255, 206, 48]);
     let (free, unknown, inflated) = ([24, 26, 30], [82, 88, 92], [72, 112, 214]);
@@ -197,7 +200,7 @@ fn verdicts_tell_glass_occupied_and_stale_apart() {
     let legend = |color| picture.enumerate_pixels().any(|(_, y, pixel)| y > 830 && pixel.0 == color);
     assert!(want.into_iter().all(legend));
 
-    let (name, picture) = map_picture(&by_row(|map| map.verdicts.clear()), &sensors[1..]);
+    let (name, picture) = map_picture("map-classes", &by_row(|map| map.verdicts.clear()), &sensors[1..]);
     assert_eq!(name, "000003-map.png");
     let want = [
         transparent,
@@ -217,7 +220,7 @@ fn verdicts_tell_glass_occupied_and_stale_apart() {
     let has = |color| picture.pixels().any(|pixel| pixel.0 == color);
     assert!(!has(glass) && !has(occupied) && !has(stale), "nor in the legend");
 
-    let (name, _) = map_picture(&by_row(|map| map.classes.clear()), &sensors);
+    let (name, _) = map_picture("map-costs", &by_row(|map| map.classes.clear()), &sensors);
     assert_eq!(name, "map-000003-costmap.png");
 }
 
