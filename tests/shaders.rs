@@ -5,7 +5,8 @@ use std::path::Path;
 use std::sync::Arc;
 
 use limpid::config::{Config, Method};
-use limpid::gpu::{Context, Executor, Shader, ShaderSource, ShaderText};
+use limpid::gpu::{Context, Executor, Plan, Shader, ShaderSource, ShaderText};
+use limpid::map::rule::RuleSettings;
 use limpid::network::weights::Network;
 use limpid::network::{Backend, all_kernels};
 use limpid::sensor::CameraModel;
@@ -14,8 +15,8 @@ use limpid::stage::camera::drm::Drm;
 use limpid::stage::camera::{align_color, back_project, ingest, register_color};
 use limpid::stage::camera::{see_through, spatial_median, tally, update, weigh};
 use limpid::stage::lidar::{intensity_classes, intensity_layers};
-use limpid::stage::map::trajectory_cost;
-use limpid::stage::map::{goal_inflation, plan_map};
+use limpid::stage::map::layers::Layers;
+use limpid::stage::map::{goal_costs, goal_inflation, plan_map, rule, trajectory_cost};
 use limpid::stage::map::{inflate, move_window};
 use limpid::stage::targets;
 use limpid::{Error, pipeline};
@@ -28,6 +29,15 @@ use crate::support::run::{open, step};
 use crate::support::scene::{Scene, pose};
 
 const TARGETS: [ShaderSource; 4] = [targets::REMEMBER, targets::REPROJECT, targets::AGREE, targets::JUDGE];
+
+/// The passes of the map with several sensors, and other texts of passes of the same names.
+const ONE_MAP: &[ShaderSource] = &[
+    inflate::PACK_VERDICTS,
+    inflate::COLUMNS_VERDICTS,
+    goal_inflation::GOAL_INFLATION_OF_LIDARS,
+    goal_inflation::GOAL_INFLATION_OF_CAMERAS,
+    goal_costs::GOAL_COSTS,
+];
 
 const PIPELINE: [ShaderSource; 22] = [
     align_color::ALIGN_COLOR,
@@ -59,6 +69,7 @@ fn all() -> impl Iterator<Item = ShaderSource> {
     PIPELINE
         .into_iter()
         .chain(TARGETS)
+        .chain(ONE_MAP.iter().copied())
         .chain(limpid::sim::passes::ALL)
         .chain(limpid::stage::glass::LABELLING)
         .chain([limpid::stage::glass::CLEAN, limpid::stage::glass::pane_cells::PANE_CELLS])
@@ -115,6 +126,26 @@ fn glass_job() -> limpid::lidar::ScanJob {
     limpid::lidar::ScanJob { glass: Some(glass), ..scan_job() }
 }
 
+const ALL_LAYERS: Layers = Layers { cameras: true, lidars: true, panes: true };
+
+/// Plans of the map with several sensors, by both laws of inflation.
+fn one_map_plans() -> Vec<Plan> {
+    let (config, side) = (Config::default(), 40);
+    let mut plans = Vec::new();
+    for layers in [ALL_LAYERS, Layers { cameras: true, ..Layers::default() }] {
+        let mut nav2 = Plan::default();
+        rule::declare(&mut nav2, side, layers, &RuleSettings::default()).unwrap();
+        inflate::declare(&mut nav2, side, &config).unwrap();
+        let mut goal = Plan::default();
+        rule::declare(&mut goal, side, layers, &RuleSettings::default()).unwrap();
+        goal_inflation::declare(&mut goal, side, &config, layers.lidars).unwrap();
+        goal_costs::declare(&mut goal, side).unwrap();
+        plans.extend([nav2, goal]);
+    }
+    plans.iter().for_each(|plan| plan.check().unwrap());
+    plans
+}
+
 #[test]
 fn every_shader_parses_and_every_file_is_reached() {
     for source in all() {
@@ -124,8 +155,9 @@ fn every_shader_parses_and_every_file_is_reached() {
     let mut files = BTreeSet::new();
     wgsl_files(&Path::new(env!("CARGO_MANIFEST_DIR")).join("shaders"), &mut files);
     let network = all_kernels();
-    let parts = all().flat_map(|s| s.parts).chain(network.iter().flatten());
-    let reached: BTreeSet<String> = parts.map(|part| (*part).to_owned()).collect();
+    let parts = all().flat_map(|s| s.parts.iter().copied()).chain(network.iter().flatten().copied());
+    let rules = [ALL_LAYERS, Layers::default()].into_iter().flat_map(rule::parts);
+    let reached: BTreeSet<String> = parts.chain(rules).map(str::to_owned).collect();
     let first_lines =
         |of: Vec<&String>| of.iter().map(|text| text.lines().next().unwrap().to_owned()).collect::<Vec<_>>();
     let unreached = first_lines(files.difference(&reached).collect());
@@ -144,6 +176,7 @@ fn every_pass_is_in_a_plan_that_fits() {
     plans.push(limpid::offline::score::velocity_plan(20, 5, 30).unwrap());
     let colored = Job { color: Some(tiny_camera()), ..job(&small_map(), tiny_camera()) };
     plans.push(limpid::offline::targets::plan(&colored, &targets::Rule::default(), true).unwrap());
+    plans.extend(one_map_plans());
     for source in all() {
         let used = plans.iter().flat_map(|plan| plan.steps()).any(|step| step.shader.name == source.name);
         assert!(used, "`{}` is in no plan", source.name);
@@ -262,7 +295,7 @@ fn loops_run_without_a_guard_only_where_they_are_sure_to_end() {
 #[test]
 fn passes_that_run_with_guards_in_their_loops_are_these() {
     let guarded = all().filter(|source| !Shader::parse(*source).unwrap().counted_loops);
-    let guarded: Vec<_> = guarded.map(|source| source.name).collect();
+    let guarded: BTreeSet<_> = guarded.map(|source| source.name).collect();
     let known = [
         "back_project",
         "inflate/rows",
@@ -272,5 +305,5 @@ fn passes_that_run_with_guards_in_their_loops_are_these() {
         "sim/meter",
         "glass/gather",
     ];
-    assert_eq!(guarded, known);
+    assert_eq!(guarded, BTreeSet::from(known));
 }
