@@ -14,7 +14,8 @@ use limpid::stage::Job;
 use limpid::stage::camera::drm::Drm;
 use limpid::stage::camera::{align_color, back_project, ingest, register_color};
 use limpid::stage::camera::{see_through, spatial_median, tally, update, weigh};
-use limpid::stage::lidar::{intensity_classes, intensity_layers};
+use limpid::stage::lidar::intensity_layers::POINT_ROW;
+use limpid::stage::lidar::{intensity_classes, intensity_layers, solid_cells};
 use limpid::stage::map::layers::Layers;
 use limpid::stage::map::{goal_costs, goal_inflation, plan_map, rule, trajectory_cost};
 use limpid::stage::map::{inflate, move_window};
@@ -37,6 +38,10 @@ const ONE_MAP: &[ShaderSource] = &[
     goal_inflation::GOAL_INFLATION_OF_LIDARS,
     goal_inflation::GOAL_INFLATION_OF_CAMERAS,
     goal_costs::GOAL_COSTS,
+    intensity_layers::INTENSITY_LAYERS_AND_BEAMS,
+    intensity_layers::INTENSITY_LAYERS_AND_BEAMS_OF_BUFFER,
+    solid_cells::SOLID_CELLS,
+    solid_cells::SOLID_CELLS_AND_BEAMS,
 ];
 
 const PIPELINE: [ShaderSource; 22] = [
@@ -141,6 +146,13 @@ fn one_map_plans() -> Vec<Plan> {
         goal_inflation::declare(&mut goal, side, &config, layers.lidars).unwrap();
         goal_costs::declare(&mut goal, side).unwrap();
         plans.extend([nav2, goal]);
+    }
+    for cameras in [true, false] {
+        let (mut scans, job) = (Plan::default(), scan_job());
+        scans.upload_texture("points", POINT_ROW, (2 * job.capacity).div_ceil(POINT_ROW)).unwrap();
+        intensity_layers::declare(&mut scans, &job, cameras).unwrap();
+        solid_cells::declare(&mut scans, &job, cameras).unwrap();
+        plans.push(scans);
     }
     plans.iter().for_each(|plan| plan.check().unwrap());
     plans

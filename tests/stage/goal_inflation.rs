@@ -128,6 +128,19 @@ fn truth_adaptive_reaches_back_from_the_goal_and_never_less_than_the_robot() {
     assert_eq!(square.taps.len(), 13 * 13);
 }
 
+/// Row, cost and what the solidity layer keeps.
+fn lethal_and_other_cells(count: usize, random: &mut Random) -> Vec<(u32, u8, u32)> {
+    let mut cell = || match random.below(40) {
+        0 => (2, 254, random.below(4080) + 1),
+        1 => (3, 254, random.below(4080) + 1),
+        2 => ([1, 4, 6][random.below(3) as usize], 254, random.below(4080)),
+        3 => (7, 50, random.below(4080)),
+        4 => (11, 255, random.below(4080)),
+        _ => (8, 0, 0),
+    };
+    (0..count).map(|_| cell()).collect()
+}
+
 #[test]
 fn verdicts_are_spread_as_the_classes_of_a_scan_are() {
     if skipped() {
@@ -136,17 +149,7 @@ fn verdicts_are_spread_as_the_classes_of_a_scan_are() {
     let (side, origin_slot) = (19_usize, [4_u32, 17]);
     let (config, mut random) = (config(InflationKernel::Adaptive), Random(9));
     let kernel = kernel(&config, towards(0.6));
-    // Row, cost and what the solidity layer keeps of each window cell.
-    let cells: Vec<(u32, u8, u32)> = (0..side * side)
-        .map(|_| match random.below(40) {
-            0 => (2, 254, random.below(4080) + 1),
-            1 => (3, 254, random.below(4080) + 1),
-            2 => ([1, 4, 6][random.below(3) as usize], 254, random.below(4080)),
-            3 => (7, 50, random.below(4080)),
-            4 => (11, 255, random.below(4080)),
-            _ => (8, 0, 0),
-        })
-        .collect();
+    let cells = lethal_and_other_cells(side * side, &mut random);
     let verdicts: Vec<u32> =
         cells.iter().map(|&(row, cost, _)| Verdict::pack(cost, row, Some(3), 77).0).collect();
     let mut solid = vec![[u32::MAX; 4]; side * side];

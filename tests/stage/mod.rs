@@ -18,6 +18,7 @@ mod plan_map;
 mod register_color;
 mod rule;
 mod see_through;
+mod solid_cells;
 mod spatial_median;
 mod tally;
 mod targets;

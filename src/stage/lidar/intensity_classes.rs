@@ -15,6 +15,7 @@ pub const INTENSITY_CLASSES: ShaderSource = ShaderSource {
     parts: &[
         include_str!("../../../shaders/lib/scan.wgsl"),
         include_str!("../../../shaders/lib/slot.wgsl"),
+        include_str!("../../../shaders/lib/solid/of_scan.wgsl"),
         include_str!("../../../shaders/intensity_classes.wgsl"),
     ],
 };
@@ -123,25 +124,30 @@ pub fn params(moment: &ScanMoment<'_>) -> IntensityClassesParams {
     }
 }
 
+/// Declares the buffers that all texts of the pass use, and appends the given one.
+pub(super) fn append(plan: &mut Plan, job: &ScanJob, pass: ShaderSource) -> Result<()> {
+    plan.uniform::<IntensityClassesParams>("intensity_classes_params")?;
+    plan.product("obstacle_value", job.grid_bytes(4))?;
+    plan.state("remembered", job.grid_bytes(4))?;
+    plan.product("layer_values", job.grid_bytes(4 * u64::from(job.layer_count())))?;
+    plan.step(pass, Invocations::area(job.side(), job.side()), &[])?;
+    let measure = match job.config.layer_measure {
+        LayerMeasure::Sum => 0_u32,
+        LayerMeasure::Mean => 1,
+        LayerMeasure::Expected => 2,
+    };
+    plan.with(&[("measure", measure)])?;
+    plan.with(&[("clearing", job.config.transparent_clear > 0.0), ("keep_layers", job.layers)])
+}
+
 /// The stage.
 #[derive(Debug)]
 pub struct IntensityClasses;
 
 impl ScanStage for IntensityClasses {
     fn append(&self, plan: &mut Plan, job: &ScanJob) -> Result<()> {
-        plan.uniform::<IntensityClassesParams>("intensity_classes_params")?;
         plan.scratch("cell_class", job.grid_bytes(4))?;
-        plan.product("obstacle_value", job.grid_bytes(4))?;
-        plan.state("remembered", job.grid_bytes(4))?;
-        plan.product("layer_values", job.grid_bytes(4 * u64::from(job.layer_count())))?;
-        plan.step(INTENSITY_CLASSES, Invocations::area(job.side(), job.side()), &[])?;
-        let measure = match job.config.layer_measure {
-            LayerMeasure::Sum => 0_u32,
-            LayerMeasure::Mean => 1,
-            LayerMeasure::Expected => 2,
-        };
-        plan.with(&[("measure", measure)])?;
-        plan.with(&[("clearing", job.config.transparent_clear > 0.0), ("keep_layers", job.layers)])
+        append(plan, job, INTENSITY_CLASSES)
     }
 
     fn write(&self, moment: &ScanMoment<'_>, input: &mut FrameInput<'_>) -> Result<()> {

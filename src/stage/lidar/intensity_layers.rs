@@ -16,6 +16,20 @@ pub const INTENSITY_LAYERS: ShaderSource = ShaderSource {
         include_str!("../../../shaders/lib/numbers.wgsl"),
         include_str!("../../../shaders/lib/scan.wgsl"),
         include_str!("../../../shaders/lib/points/texture.wgsl"),
+        include_str!("../../../shaders/lib/crossing/add_none.wgsl"),
+        include_str!("../../../shaders/intensity_layers.wgsl"),
+    ],
+};
+
+/// The same with `beam_reach`, for a map with cameras.
+pub const INTENSITY_LAYERS_AND_BEAMS: ShaderSource = ShaderSource {
+    name: "intensity_layers",
+    parts: &[
+        include_str!("../../../shaders/lib/numbers.wgsl"),
+        include_str!("../../../shaders/lib/scan.wgsl"),
+        include_str!("../../../shaders/lib/points/texture.wgsl"),
+        include_str!("../../../shaders/lib/crossing/bins.wgsl"),
+        include_str!("../../../shaders/lib/crossing/add.wgsl"),
         include_str!("../../../shaders/intensity_layers.wgsl"),
     ],
 };
@@ -27,6 +41,20 @@ pub const INTENSITY_LAYERS_OF_BUFFER: ShaderSource = ShaderSource {
         include_str!("../../../shaders/lib/numbers.wgsl"),
         include_str!("../../../shaders/lib/scan.wgsl"),
         include_str!("../../../shaders/lib/points/buffer.wgsl"),
+        include_str!("../../../shaders/lib/crossing/add_none.wgsl"),
+        include_str!("../../../shaders/intensity_layers.wgsl"),
+    ],
+};
+
+/// The same with `beam_reach`, for a map with cameras.
+pub const INTENSITY_LAYERS_AND_BEAMS_OF_BUFFER: ShaderSource = ShaderSource {
+    name: "intensity_layers",
+    parts: &[
+        include_str!("../../../shaders/lib/numbers.wgsl"),
+        include_str!("../../../shaders/lib/scan.wgsl"),
+        include_str!("../../../shaders/lib/points/buffer.wgsl"),
+        include_str!("../../../shaders/lib/crossing/bins.wgsl"),
+        include_str!("../../../shaders/lib/crossing/add.wgsl"),
         include_str!("../../../shaders/intensity_layers.wgsl"),
     ],
 };
@@ -36,6 +64,9 @@ pub const POINT_ROW: u32 = 1024;
 
 /// Sectors around the lidar, as in `shaders/lib/scan.wgsl`.
 pub const SECTORS: u32 = 720;
+
+/// Bins of slopes in a sector, as in `shaders/lib/crossing/bins.wgsl`.
+pub const SLOPE_BINS: u32 = 128;
 
 /// Fixed-point one of intensities, as in `shaders/lib/scan.wgsl`.
 pub const INTENSITY_STEPS: u32 = 4080;
@@ -135,22 +166,36 @@ pub fn params(moment: &ScanMoment<'_>) -> IntensityLayersParams {
     }
 }
 
+/// Declares the layers and the sectors of a scan, and appends the pass over `points`, with `beam_reach` where the map has
+/// `cameras`.
+///
+/// # Errors
+/// From the plan.
+pub fn declare(plan: &mut Plan, job: &ScanJob, cameras: bool) -> Result<()> {
+    plan.uniform::<IntensityLayersParams>("intensity_layers_params")?;
+    plan.zeroed("layer_sums", job.grid_bytes(8 * u64::from(job.layer_count())))?;
+    plan.zeroed("sector_range", 8 * u64::from(SECTORS))?;
+    if cameras {
+        plan.zeroed("beam_reach", 4 * u64::from(SECTORS * SLOPE_BINS))?;
+    }
+    let (pass, points) = match (job.glass.is_some(), cameras) {
+        (true, true) => (INTENSITY_LAYERS_AND_BEAMS_OF_BUFFER, "clean_points"),
+        (true, false) => (INTENSITY_LAYERS_OF_BUFFER, "clean_points"),
+        (false, true) => (INTENSITY_LAYERS_AND_BEAMS, "points"),
+        (false, false) => (INTENSITY_LAYERS, "points"),
+    };
+    plan.step(pass, Invocations::line(job.capacity), &[("points", points)])?;
+    let clearing = job.config.transparent_clear > 0.0;
+    plan.with(&[("deskewed", job.deskew), ("ringed", job.plane_rings.is_some()), ("clearing", clearing)])
+}
+
 /// The stage.
 #[derive(Debug)]
 pub struct IntensityLayers;
 
 impl ScanStage for IntensityLayers {
     fn append(&self, plan: &mut Plan, job: &ScanJob) -> Result<()> {
-        plan.uniform::<IntensityLayersParams>("intensity_layers_params")?;
-        plan.zeroed("layer_sums", job.grid_bytes(8 * u64::from(job.layer_count())))?;
-        plan.zeroed("sector_range", 8 * u64::from(SECTORS))?;
-        let count = Invocations::line(job.capacity);
-        match job.glass {
-            Some(_) => plan.step(INTENSITY_LAYERS_OF_BUFFER, count, &[("points", "clean_points")])?,
-            None => plan.step(INTENSITY_LAYERS, count, &[])?,
-        }
-        let clearing = job.config.transparent_clear > 0.0;
-        plan.with(&[("deskewed", job.deskew), ("ringed", job.plane_rings.is_some()), ("clearing", clearing)])
+        declare(plan, job, false)
     }
 
     fn write(&self, moment: &ScanMoment<'_>, input: &mut FrameInput<'_>) -> Result<()> {

@@ -3,3 +3,4 @@
 pub mod intensity_classes;
 pub mod intensity_layers;
 pub mod planes;
+pub mod solid_cells;
