@@ -6,20 +6,22 @@ use std::sync::Arc;
 
 use limpid::config::{Config, Method};
 use limpid::gpu::{Context, Executor, Plan, Shader, ShaderSource, ShaderText};
+use limpid::lidar::ScanStage;
 use limpid::map::rule::RuleSettings;
 use limpid::network::weights::Network;
 use limpid::network::{Backend, all_kernels};
 use limpid::sensor::CameraModel;
-use limpid::stage::Job;
 use limpid::stage::camera::drm::Drm;
-use limpid::stage::camera::{align_color, back_project, ingest, register_color};
+use limpid::stage::camera::{align_color, back_project, cell_marks, ingest, pane_clip, register_color};
 use limpid::stage::camera::{see_through, spatial_median, tally, update, weigh};
+use limpid::stage::glass::pane_cells;
 use limpid::stage::lidar::intensity_layers::POINT_ROW;
 use limpid::stage::lidar::{intensity_classes, intensity_layers, solid_cells};
 use limpid::stage::map::layers::Layers;
 use limpid::stage::map::{goal_costs, goal_inflation, plan_map, rule, trajectory_cost};
 use limpid::stage::map::{inflate, move_window};
 use limpid::stage::targets;
+use limpid::stage::{Job, Stage};
 use limpid::{Error, pipeline};
 
 use crate::sim::small_room;
@@ -38,6 +40,10 @@ const ONE_MAP: &[ShaderSource] = &[
     goal_inflation::GOAL_INFLATION_OF_LIDARS,
     goal_inflation::GOAL_INFLATION_OF_CAMERAS,
     goal_costs::GOAL_COSTS,
+    cell_marks::UPDATE_MARKS,
+    pane_clip::PANE_CLIP,
+    pane_cells::PANE_LAYER,
+    pane_cells::SHARE_PANES,
     intensity_layers::INTENSITY_LAYERS_AND_BEAMS,
     intensity_layers::INTENSITY_LAYERS_AND_BEAMS_OF_BUFFER,
     solid_cells::SOLID_CELLS,
@@ -147,15 +153,35 @@ fn one_map_plans() -> Vec<Plan> {
         goal_costs::declare(&mut goal, side).unwrap();
         plans.extend([nav2, goal]);
     }
-    for cameras in [true, false] {
-        let (mut scans, job) = (Plan::default(), scan_job());
+    for (cameras, job) in [(true, scan_job()), (false, scan_job()), (true, glass_job())] {
+        let mut scans = Plan::default();
         scans.upload_texture("points", POINT_ROW, (2 * job.capacity).div_ceil(POINT_ROW)).unwrap();
+        if let Some(glass) = &job.glass {
+            ScanStage::append(glass, &mut scans, &job).unwrap();
+            pane_cells::declare(&mut scans, job.side(), 2).unwrap();
+        }
         intensity_layers::declare(&mut scans, &job, cameras).unwrap();
         solid_cells::declare(&mut scans, &job, cameras).unwrap();
         plans.push(scans);
     }
+    plans.push(frame_plan());
     plans.iter().for_each(|plan| plan.check().unwrap());
     plans
+}
+
+/// The plan of a camera's frame in a map with several sensors.
+fn frame_plan() -> Plan {
+    let (mut plan, job) = (Plan::default(), job(&small_map(), tiny_camera()));
+    plan.fixed("rays", back_project::rays(&job.depth)).unwrap();
+    ingest::Ingest.append(&mut plan, &job).unwrap();
+    move_window::declare(&mut plan, job.side(), ALL_LAYERS, true).unwrap();
+    pane_clip::declare(&mut plan, &job, "depth_m", 2).unwrap();
+    back_project::declare(&mut plan, &job, "depth_clipped_m", true).unwrap();
+    see_through::declare(&mut plan, &job, "depth_clipped_m").unwrap();
+    cell_marks::declare(&mut plan, &job, true, true).unwrap();
+    tally::Tally.append(&mut plan, &job).unwrap();
+    rule::declare(&mut plan, job.side(), ALL_LAYERS, &RuleSettings::default()).unwrap();
+    plan
 }
 
 #[test]
@@ -167,9 +193,12 @@ fn every_shader_parses_and_every_file_is_reached() {
     let mut files = BTreeSet::new();
     wgsl_files(&Path::new(env!("CARGO_MANIFEST_DIR")).join("shaders"), &mut files);
     let network = all_kernels();
+    let windows = [ALL_LAYERS, Layers::default()].into_iter().flat_map(|layers| {
+        [true, false].into_iter().flat_map(move |frame| move_window::parts(layers, frame))
+    });
     let parts = all().flat_map(|s| s.parts.iter().copied()).chain(network.iter().flatten().copied());
     let rules = [ALL_LAYERS, Layers::default()].into_iter().flat_map(rule::parts);
-    let reached: BTreeSet<String> = parts.chain(rules).map(str::to_owned).collect();
+    let reached: BTreeSet<String> = parts.chain(rules).chain(windows).map(str::to_owned).collect();
     let first_lines =
         |of: Vec<&String>| of.iter().map(|text| text.lines().next().unwrap().to_owned()).collect::<Vec<_>>();
     let unreached = first_lines(files.difference(&reached).collect());

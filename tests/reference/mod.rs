@@ -2,6 +2,7 @@
 
 pub(crate) mod align_color;
 pub(crate) mod back_project;
+pub(crate) mod cell_marks;
 pub(crate) mod drm;
 pub(crate) mod glass;
 pub(crate) mod goal_costs;
@@ -13,6 +14,7 @@ pub(crate) mod intensity_layers;
 pub(crate) mod move_window;
 pub(crate) mod network;
 pub(crate) mod pane_cells;
+pub(crate) mod pane_clip;
 pub(crate) mod plan_map;
 pub(crate) mod register_color;
 pub(crate) mod rule;

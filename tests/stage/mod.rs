@@ -2,6 +2,7 @@
 
 mod align_color;
 mod back_project;
+mod cell_marks;
 mod drm;
 mod glass;
 mod glass_labels;
@@ -14,6 +15,7 @@ mod intensity_classes;
 mod intensity_layers;
 mod move_window;
 mod pane_cells;
+mod pane_clip;
 mod plan_map;
 mod register_color;
 mod rule;

@@ -127,7 +127,7 @@ fn twin_over_random_scans_at_all_sizes() {
                 forget: 1,
                 ..intensity_classes::params(side)
             };
-            let reach_m = if turn % 2 == 0 { 100.0 } else { 0.0 };
+            let reach_m = if u32::is_multiple_of(turn, 2) { 100.0 } else { 0.0 };
             let out = Fragment::new()
                 .params("intensity_classes_params", &slots)
                 .params("solid_cells_params", &params)
@@ -214,7 +214,8 @@ fn twin_of_the_heights_at_which_beams_crossed() {
     }
     // Rings 2 degrees apart, as of a sensor with 16 of them; some end early to one side.
     let slopes: Vec<f64> = (0..16).map(|ring| f64::to_radians(f64::from(ring) * 2.0 - 15.0).tan()).collect();
-    let range_m = |azimuth: f64, ring: usize| if azimuth < 2.0 && ring % 3 == 0 { 0.31 } else { 4.0 };
+    let range_m =
+        |azimuth: f64, ring: usize| if azimuth < 2.0 && ring.is_multiple_of(3) { 0.31 } else { 4.0 };
     let beam_reach = reach_of(&beams(&slopes, range_m));
     let side = 20;
     let cells = crossed_cells(side, &beam_reach, 0.7);

@@ -161,20 +161,27 @@ impl SeeThrough {
     }
 }
 
+/// Declares the tiles and appends the three passes, the last over the depths in the buffer `depth`.
+///
+/// # Errors
+/// From the plan.
+pub fn declare(plan: &mut Plan, job: &Job, depth: &str) -> Result<()> {
+    let [tiles_x, tiles_y] = tiles(&job.depth);
+    plan.uniform::<SeeThroughTilesParams>("see_through_tiles_params")?;
+    plan.uniform::<SeeThroughGatherParams>("see_through_gather_params")?;
+    plan.uniform::<SeeThroughAroundParams>("see_through_around_params")?;
+    for tiles in ["tile_far_m", "around_far_m"] {
+        plan.scratch(tiles, u64::from(tiles_x) * u64::from(tiles_y) * 4)?;
+    }
+    plan.step(TILES, Invocations::area(tiles_x, tiles_y), &[])?;
+    plan.step(AROUND, Invocations::area(tiles_x, tiles_y), &[])?;
+    plan.step(GATHER, Invocations::area(job.side(), job.side()), &[("depth_m", depth)])?;
+    plan.with(&[("weighted", job.weighted())])
+}
+
 impl Stage for SeeThrough {
     fn append(&self, plan: &mut Plan, job: &Job) -> Result<()> {
-        let [tiles_x, tiles_y] = tiles(&job.depth);
-        plan.uniform::<SeeThroughTilesParams>("see_through_tiles_params")?;
-        plan.uniform::<SeeThroughGatherParams>("see_through_gather_params")?;
-        plan.uniform::<SeeThroughAroundParams>("see_through_around_params")?;
-        for tiles in ["tile_far_m", "around_far_m"] {
-            plan.scratch(tiles, u64::from(tiles_x) * u64::from(tiles_y) * 4)?;
-        }
-        let depth = &[("depth_m", job.depth_buffer())];
-        plan.step(TILES, Invocations::area(tiles_x, tiles_y), &[])?;
-        plan.step(AROUND, Invocations::area(tiles_x, tiles_y), &[])?;
-        plan.step(GATHER, Invocations::area(job.side(), job.side()), depth)?;
-        plan.with(&[("weighted", job.weighted())])
+        declare(plan, job, job.depth_buffer())
     }
 
     fn write(&self, moment: &Moment<'_>, input: &mut FrameInput<'_>) -> Result<()> {

@@ -12,12 +12,13 @@ pub const UPDATE: ShaderSource = ShaderSource {
         include_str!("../../../shaders/lib/cell.wgsl"),
         include_str!("../../../shaders/lib/slot.wgsl"),
         include_str!("../../../shaders/lib/weight.wgsl"),
+        include_str!("../../../shaders/lib/marks/none.wgsl"),
         include_str!("../../../shaders/update.wgsl"),
     ],
 };
 
 /// Frame rate for which lambda is stated (spec 1 §3).
-const NOMINAL_RATE_HZ: f64 = 30.0;
+pub(super) const NOMINAL_RATE_HZ: f64 = 30.0;
 
 crate::params! {
     /// Parameters of `update`.
@@ -49,42 +50,51 @@ crate::params! {
     }
 }
 
+/// Declares the grids of a frame and appends the given text of the pass.
+pub(super) fn append(plan: &mut Plan, job: &Job, pass: ShaderSource) -> Result<()> {
+    plan.uniform::<UpdateParams>("update_params")?;
+    for grid in ["evidence", "occupancy", "state"] {
+        plan.product(grid, job.grid_bytes(4))?;
+    }
+    plan.step(pass, Invocations::area(job.side(), job.side()), &[])?;
+    plan.with(&[("weighted", job.weighted()), ("gated", job.gated())])
+}
+
+/// The parameters of a frame with that share of the old occupancy kept.
+pub fn params(job: &Job, [origin_slot_x, origin_slot_y]: [u32; 2], lambda: f64) -> UpdateParams {
+    let config = &job.config;
+    let temporal = config.method == Method::Temporal;
+    UpdateParams {
+        side: job.side(),
+        origin_slot_x,
+        origin_slot_y,
+        min_hits: config.min_hits,
+        confirmations: config.confirmations,
+        temporal_window: if temporal { config.temporal_window } else { 1 },
+        temporal_hits: if temporal { config.temporal_hits } else { 1 },
+        lambda: single(lambda),
+        occupied_threshold: single(config.occupied_threshold),
+        free_threshold: single(config.free_threshold),
+        weight_scale: job.weight_scale(),
+        pad: 0,
+    }
+}
+
 /// The stage.
 #[derive(Debug)]
 pub struct Update;
 
 impl Stage for Update {
     fn append(&self, plan: &mut Plan, job: &Job) -> Result<()> {
-        plan.uniform::<UpdateParams>("update_params")?;
-        for grid in ["evidence", "occupancy", "state"] {
-            plan.product(grid, job.grid_bytes(4))?;
-        }
-        plan.step(UPDATE, Invocations::area(job.side(), job.side()), &[])?;
-        plan.with(&[("weighted", job.weighted()), ("gated", job.gated())])
+        append(plan, job, UPDATE)
     }
 
     fn write(&self, moment: &Moment<'_>, input: &mut FrameInput<'_>) -> Result<()> {
         let (job, config) = (moment.job, &moment.job.config);
-        let [origin_slot_x, origin_slot_y] = moment.window.origin_slot(job.side());
-        let temporal = config.method == Method::Temporal;
         let lambda = match moment.since_last_s {
             Some(dt_s) if config.rate_independent => config.lambda.powf(dt_s * NOMINAL_RATE_HZ),
             _ => config.lambda,
         };
-        let params = UpdateParams {
-            side: job.side(),
-            origin_slot_x,
-            origin_slot_y,
-            min_hits: config.min_hits,
-            confirmations: config.confirmations,
-            temporal_window: if temporal { config.temporal_window } else { 1 },
-            temporal_hits: if temporal { config.temporal_hits } else { 1 },
-            lambda: single(lambda),
-            occupied_threshold: single(config.occupied_threshold),
-            free_threshold: single(config.free_threshold),
-            weight_scale: job.weight_scale(),
-            pad: 0,
-        };
-        input.set("update_params", &params)
+        input.set("update_params", &params(job, moment.window.origin_slot(job.side()), lambda))
     }
 }
