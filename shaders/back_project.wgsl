@@ -1,5 +1,6 @@
 // Puts depth pixels into the cells they end in: number, weights and highest point of the hits; floor points.
 // spec 1 §3 (back-projection, hits). Weights are summed in fixed point, so the result does not depend on order.
+// A depth below 0 is that of a pane that the ray meets first (camera/pane_clip): it marks nothing, and clears up to there.
 struct BackProjectParams {
     window_from_camera_x: vec4<f32>,    // rows of the transform; z = 0 is the ground
     window_from_camera_y: vec4<f32>,
@@ -24,7 +25,7 @@ struct AtomicCellHits {
     count: atomic<u32>,
     weight: atomic<u32>,
     top: atomic<u32>,
-    unused: u32,
+    low: atomic<u32>,
 }
 
 @group(0) @binding(0) var<uniform> back_project_params: BackProjectParams;
@@ -45,6 +46,9 @@ const NO_CELL = 0xffffffffu;
 // Whether rays come from the table (a lens with distortion), else from the pinhole.
 override distorted: bool = true;
 
+// Whether the lowest hits are kept, and the weights even where they count fully: a lidar may refute them.
+override lowest: bool = false;
+
 // Rays outside the lens model's field are stored this large.
 const NO_RAY = 1.0e6;
 
@@ -61,6 +65,7 @@ struct Run {
     count: u32,
     weight: u32,
     top: u32,
+    low: u32,       // steps with all bits inverted
 }
 
 fn flush(run: Run) {
@@ -71,9 +76,21 @@ fn flush(run: Run) {
     if run.count > 0u {
         atomicAdd(&cell_hits[run.cell].count, run.count);
     }
-    if weighted && !gated && run.weight > 0u {
+    if weighted && (!gated || lowest) && run.weight > 0u {
         atomicAdd(&cell_hits[run.cell].weight, run.weight);
     }
+    if lowest && run.low > 0u {
+        atomicMax(&cell_hits[run.cell].low, run.low);
+    }
+}
+
+// The lowest hit so far, inverted as it is kept.
+fn lower(low: u32, tops: vec4<u32>) -> u32 {
+    if !lowest {
+        return 0u;
+    }
+    let lows = select(vec4(0u), ~tops, tops > vec4(FLOOR));
+    return max(max(max(low, lows.x), max(lows.y, lows.z)), lows.w);
 }
 
 fn absorb(run: Run, four: Four, mine: vec4<bool>) -> Run {
@@ -85,6 +102,7 @@ fn absorb(run: Run, four: Four, mine: vec4<bool>) -> Run {
         run.count + hits.x + hits.y + hits.z + hits.w,
         run.weight + weights.x + weights.y + weights.z + weights.w,
         max(max(max(run.top, tops.x), max(tops.y, tops.z)), tops.w),
+        lower(run.low, tops),
     );
 }
 
@@ -101,7 +119,7 @@ fn extend(before: Run, four: Four) -> Run {
         }
         flush(run);
         let rest = select(vec4(NO_CELL), four.cells, open);
-        run = Run(min(min(rest.x, rest.y), min(rest.z, rest.w)), 0u, 0u, 0u);
+        run = Run(min(min(rest.x, rest.y), min(rest.z, rest.w)), 0u, 0u, 0u, 0u);
     }
     return run;
 }
@@ -117,7 +135,7 @@ fn weight_of(pixel: u32, depth: f32) -> f32 {
     if weighted {
         return reliability[pixel];
     }
-    return select(0.0, 1.0, depth > 0.0);
+    return select(0.0, 1.0, depth != 0.0);
 }
 
 fn in_window(ray: vec2<f32>, depth: f32) -> vec3<f32> {
@@ -165,18 +183,19 @@ fn look(u: u32, v: u32) -> Look {
     let ray = ray_of(pixel, u, v);
     let trusted = weight > back_project_params.tau;
     let usable = inside && trusted && depth > 0.0;
+    let looks = inside && trusted && depth != 0.0;
     let point = in_window(ray, depth);
     let above_min = point.z - back_project_params.height_min_m;
     let is_hit = above_min >= 0.0 && point.z <= back_project_params.height_max_m;
     let is_floor = abs(point.z) < back_project_params.height_min_m;
     let cell = cell_of(point);
     let marks = usable && ray.x < NO_RAY && (is_hit || is_floor) && cell != NO_CELL;
-    let valid = select(0u, 1u, depth > 0.0);
+    let valid = select(0u, 1u, depth != 0.0);
     return Look(
         select(NO_CELL, cell, marks),
         u32(weight * back_project_params.weight_scale + 0.5),
         select(FLOOR, height_to_steps(above_min), is_hit),
-        select(0.0, depth, usable),
+        select(0.0, abs(depth), looks),
         select(0u, pack_counts(valid, select(1u, 0u, trusted), select(0u, 1u, marks && is_hit)), inside),
     );
 }
@@ -190,7 +209,7 @@ fn back_project(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocati
         return;
     }
     var counts = 0u;
-    var run = Run(NO_CELL, 0u, 0u, 0u);
+    var run = Run(NO_CELL, 0u, 0u, 0u, 0u);
     for (var tile = 2u * strip.y; tile < 2u * strip.y + 2u && tile * TILE < height; tile++) {
         var far = 0.0;
         for (var v = tile * TILE; v < (tile + 1u) * TILE; v += 4u) {

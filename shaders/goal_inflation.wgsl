@@ -1,14 +1,14 @@
 // Spreads solid and transparent cells over the cells that the kernel reaches from them: Eq. 10 as a scatter.
-// spec 2 §4 (Eq. 8-10 of the paper).
+// spec 2 §4 (Eq. 8-10 of the paper), spec 4 §2 (inflation follows the verdict).
 struct GoalInflationParams {
     side: u32,
     taps: u32,          // cells of the kernel
     inscribed: u32,     // how many of them, the first ones, lie within the robot's inscribed radius
-    pad: u32,
+    origin_slot_x: u32, // slot of window cell (0, 0) in the layers
+    origin_slot_y: u32,
 }
 
 @group(0) @binding(0) var<uniform> goal_inflation_params: GoalInflationParams;
-@group(0) @binding(1) var<storage, read> cell_class: array<u32>;
 @group(0) @binding(2) var<storage, read> kernel_taps: array<u32>;
 @group(0) @binding(3) var<storage, read_write> inflation: array<atomic<u32>>;
 
@@ -24,7 +24,7 @@ fn goal_inflation(@builtin(global_invocation_id) id: vec3<u32>) {
     if id.x >= side || id.y >= side {
         return;
     }
-    let amount = cell_class[id.y * side + id.x] >> STRENGTH_SHIFT;
+    let amount = strength_of(id.x, id.y);
     let taps = select(0u, goal_inflation_params.taps, amount > 0u);
     for (var tap = 0u; tap < 65536u; tap++) {
         if tap >= taps {

@@ -37,9 +37,15 @@ override keep_layers: bool = true;
 @group(0) @binding(1) var<storage, read> layer_sums: array<vec2<u32>>;
 @group(0) @binding(2) var<storage, read> sector_range: array<vec2<u32>>;
 @group(0) @binding(3) var<storage, read_write> remembered: array<u32>;
-@group(0) @binding(4) var<storage, read_write> cell_class: array<u32>;
 @group(0) @binding(5) var<storage, read_write> obstacle_value: array<f32>;
 @group(0) @binding(6) var<storage, read_write> layer_values: array<f32>;
+
+// A cell as the lidar sees it.
+struct Place {
+    sector: u32,
+    range: f32,     // of its centre, metres
+    behind: u32,    // range from which a beam has left it, steps
+}
 
 fn height(bound: u32) -> f32 {
     return intensity_classes_params.heights[bound / 4u][bound % 4u];
@@ -167,7 +173,9 @@ fn intensity_classes(@builtin(global_invocation_id) id: vec3<u32>) {
         kind = SOLID;
     }
     let strength = max(glass_steps, select(0u, max(steps_of(value), 1u), solid));
-    cell_class[cell] = kind | (glass_steps << GLASS_SHIFT) | (strength << STRENGTH_SHIFT);
+    let said = decided || seen_now > 0u || kind == FREE;
+    let word = kind | (glass_steps << GLASS_SHIFT) | (strength << STRENGTH_SHIFT);
+    keep_class(cell, slot, word, said, Place(sector, range, behind));
     if keep_layers {
         obstacle_value[cell] = select(0.0, value, decided);
     }

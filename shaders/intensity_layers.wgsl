@@ -155,6 +155,7 @@ fn intensity_layers(@builtin(global_invocation_id) id: vec3<u32>) {
     let sector = 2u * sector_of(seen.x, seen.y);
     let range = u32(clamp(reach(length(seen), at.z), 0.0, 4.0e6) * SECTOR_STEPS_PER_M);
     atomicMax(&sector_range[sector], range);
+    add_beam(sector / 2u, length(seen), at.z);
     if clearing && intensity >= intensity_layers_params.clear_steps {
         atomicMax(&sector_range[sector + 1u], range);
     }

@@ -15,7 +15,6 @@ struct PaneCellsParams {
 
 @group(0) @binding(0) var<uniform> pane_cells_params: PaneCellsParams;
 @group(0) @binding(1) var<storage, read> panes: Panes;
-@group(0) @binding(2) var<storage, read_write> cell_class: array<u32>;
 
 // A pane that lies flatter than this is no wall: cosine of 45 degrees.
 const UPRIGHT_COS = 0.7;
@@ -66,10 +65,11 @@ fn pane_cells(@builtin(global_invocation_id) id: vec3<u32>) {
     let cell = vec2(f32(id.x), f32(id.y)) + 0.5;
     // z = 0 is the lidar's height.
     let at = vec3(cell * pane_cells_params.resolution_m, 0.0);
+    var number = KEPT_PANES;
     for (var k = 0u; k < min(panes.slots, KEPT_PANES); k++) {
-        if crosses(panes.list[k], at) {
-            let steps = u32(INTENSITY_STEPS);
-            cell_class[id.y * side + id.x] = TRANSPARENT | (steps << GLASS_SHIFT) | (steps << STRENGTH_SHIFT);
+        if number == KEPT_PANES && crosses(panes.list[k], at) {
+            number = k;
         }
     }
+    keep_pane(id.x, id.y, number);
 }

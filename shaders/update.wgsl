@@ -1,5 +1,5 @@
 // Turns a frame's evidence into occupancy and state, once per cell.
-// spec 1 §3 (occupancy, hysteresis, confirmations), §4 (temporal rejection).
+// spec 1 §3 (occupancy, hysteresis, confirmations), §4 (temporal rejection), spec 4 §1 (occupancy by several cameras).
 struct UpdateParams {
     side: u32,
     origin_slot_x: u32,
@@ -64,8 +64,9 @@ fn update(@builtin(global_invocation_id) id: vec3<u32>) {
     let slot = slot_of(id.x, id.y, update_params.origin_slot_x, update_params.origin_slot_y, side);
     let count = cell_hits[i].count;
     var cell = to_cell(cells[slot]);
-    let hit = count >= update_params.min_hits;
-    let seen = !hit && seen_through[i] == 1u;
+    let late = is_late(slot);
+    let hit = !late && count >= update_params.min_hits;
+    let seen = !hit && !late && seen_through[i] == 1u;
     var run = cell.state >> 8u;
     var now = cell.state & 3u;
     var e = UNSEEN;
@@ -75,8 +76,15 @@ fn update(@builtin(global_invocation_id) id: vec3<u32>) {
         e = evidence_of(i, count, hit, seen, cell.history);
     }
     if e >= 0.0 {
-        cell.occupancy = update_params.lambda * cell.occupancy + (1.0 - update_params.lambda) * e;
+        let lambda = lambda_of(slot);
+        cell.occupancy = lambda * cell.occupancy + (1.0 - lambda) * e;
         now = next_state(now, cell.occupancy, run >= update_params.confirmations, seen);
+    }
+    if hit {
+        mark_hit(slot, cell_hits[i], cell.top > FLOOR);
+    }
+    if seen {
+        mark_seen(slot, now != FREE);
     }
     if hit || seen {
         cell.top = select(max(cell.top, cell_hits[i].top), select(cell.top, 0u, now == FREE), seen);

@@ -11,20 +11,22 @@ use std::sync::Arc;
 
 use glam::{DVec2, DVec3};
 
-use self::build::{Kind, camera_job, lidar_job};
-use self::channel::Channel;
+use self::build::{Builder, map_job};
+use self::channel::{Channel, Published};
 pub(crate) use self::checks::frame as check_frame;
 use crate::base::{Error, Refused, Result, duration_ns};
 pub use crate::config::SensorInfo;
-use crate::config::{Config, Method};
+use crate::config::{Config, InflationLaw, Method};
 use crate::gpu::{Context, Executor, FRAMES_IN_FLIGHT, Plan, Store};
-use crate::map::{Clock, PaneSet, Update, Window};
-use crate::sensor::{Observation, SensorModel, SensorPose};
-use crate::stage::camera::{back_project, drm, ingest, see_through, spatial_median, tally, update, weigh};
+use crate::map::{Clock, PaneSet, Seen, State, Update, Window};
+use crate::sensor::{Observation, SensorPose};
+use crate::stage::camera::{
+    back_project, drm, ingest, pane_clip, see_through, spatial_median, tally, update, weigh,
+};
 use crate::stage::glass::{LabelGlass, pane_cells};
 use crate::stage::lidar::{intensity_classes, intensity_layers};
-use crate::stage::map::{goal_inflation, inflate, move_window, plan_map};
-use crate::stage::{CameraJob, LidarJob, Moment, Stage, color_stage};
+use crate::stage::map::{goal_costs, goal_inflation, inflate, move_window, rule, scan_values};
+use crate::stage::{CameraJob, LidarJob, MapJob, Moment, Stage, color_stage};
 
 /// The stages of a camera's frame, in order (spec 1 §1 to §3: reliability, move window, update, hysteresis, inflate).
 pub fn camera_stages(job: &Arc<CameraJob>) -> Vec<Box<dyn Stage>> {
@@ -42,11 +44,16 @@ pub fn camera_stages(job: &Arc<CameraJob>) -> Vec<Box<dyn Stage>> {
     if job.confidence {
         stages.push(Box::new(weigh::Weigh { job: of() }));
     }
-    stages.push(Box::new(move_window::MoveWindow { job: of() }));
+    stages.push(Box::new(move_window::MoveWindow { map: Arc::clone(&job.map), frame: true }));
+    if job.map.layers.panes {
+        stages.push(Box::new(pane_clip::PaneClip { job: of() }));
+    }
     stages.push(Box::new(back_project::BackProject { job: of() }));
     stages.push(Box::new(see_through::SeeThrough::new(job)));
     stages.push(Box::new(update::Update { job: of() }));
-    stages.push(Box::new(inflate::Inflate { job: of() }));
+    if !job.map.apart {
+        stages.extend(map_stages(&job.map));
+    }
     stages.push(Box::new(tally::Tally { job: of() }));
     stages.extend(shown_color);
     stages
@@ -59,13 +66,32 @@ pub fn lidar_stages(job: &Arc<LidarJob>) -> Vec<Box<dyn Stage>> {
     if let Some(glass) = &job.glass {
         stages.push(Box::new(LabelGlass { job: of(), glass: glass.clone() }));
     }
+    stages.push(Box::new(move_window::MoveWindow { map: Arc::clone(&job.map), frame: false }));
     stages.push(Box::new(intensity_layers::IntensityLayers { job: of() }));
     stages.push(Box::new(intensity_classes::IntensityClasses { job: of() }));
     if job.glass.is_some() {
         stages.push(Box::new(pane_cells::PaneCells { job: of() }));
     }
-    stages.push(Box::new(goal_inflation::GoalInflation { job: of() }));
-    stages.push(Box::new(plan_map::PlanMap { job: of() }));
+    if !job.map.apart {
+        stages.extend(map_stages(&job.map));
+    }
+    if job.layers {
+        stages.push(Box::new(scan_values::ScanValues { job: of() }));
+    }
+    stages
+}
+
+/// The stages of a published map, in order (spec 4 §2 and §3; spec 1 §3 or spec 2 §4). A map of one sensor is published with
+/// each of its observations.
+pub fn map_stages(map: &Arc<MapJob>) -> Vec<Box<dyn Stage>> {
+    let of = || Arc::clone(map);
+    let mut stages: Vec<Box<dyn Stage>> = vec![Box::new(rule::Rule { map: of() })];
+    if map.law() == InflationLaw::Goal {
+        stages.push(Box::new(goal_inflation::GoalInflation { map: of() }));
+        stages.push(Box::new(goal_costs::GoalCosts { map: of() }));
+    } else {
+        stages.push(Box::new(inflate::Inflate { map: of() }));
+    }
     stages
 }
 
@@ -75,6 +101,7 @@ pub fn lidar_stages(job: &Arc<LidarJob>) -> Vec<Box<dyn Stage>> {
 /// [`Error::Plan`] or [`Error::Shader`] where a stage contradicts its shader or its neighbours.
 pub fn camera_plan(job: &CameraJob, stages: &[Box<dyn Stage>]) -> Result<Plan> {
     let mut plan = Plan::default();
+    plan.enter(&job.scope);
     plan.fixed("rays", back_project::rays(&job.depth))?;
     for stage in stages {
         stage.append(&mut plan)?;
@@ -82,6 +109,30 @@ pub fn camera_plan(job: &CameraJob, stages: &[Box<dyn Stage>]) -> Result<Plan> {
     let images = [job.depth_buffer(), "reliability"].into_iter().chain(job.color.map(|_| "color"));
     let layers = ["evidence", "occupancy", "state"];
     for name in images.filter(|_| job.images).chain(layers.into_iter().filter(|_| job.layers)) {
+        plan.read_back(name)?;
+    }
+    read_back_map(&mut plan, &job.map)?;
+    plan.check()?;
+    Ok(plan)
+}
+
+fn read_back_map(plan: &mut Plan, map: &MapJob) -> Result<()> {
+    for name in ["costmap", "verdicts"].into_iter().filter(|_| !map.apart) {
+        plan.read_back(name)?;
+    }
+    Ok(())
+}
+
+/// The plan of a published map, with what is to be read back.
+///
+/// # Errors
+/// As [`camera_plan`].
+pub fn map_plan(stages: &[Box<dyn Stage>]) -> Result<Plan> {
+    let mut plan = Plan::default();
+    for stage in stages {
+        stage.append(&mut plan)?;
+    }
+    for name in ["costmap", "verdicts"] {
         plan.read_back(name)?;
     }
     plan.check()?;
@@ -94,15 +145,16 @@ pub fn camera_plan(job: &CameraJob, stages: &[Box<dyn Stage>]) -> Result<Plan> {
 /// As [`camera_plan`].
 pub fn lidar_plan(job: &LidarJob, stages: &[Box<dyn Stage>]) -> Result<Plan> {
     let mut plan = Plan::default();
+    plan.enter(&job.scope);
     intensity_layers::upload_points(&mut plan, job.capacity)?;
     for stage in stages {
         stage.append(&mut plan)?;
     }
     let products = ["layer_values", "cell_values"];
-    for name in ["plan_costs", "plan_classes"].into_iter().chain(products.into_iter().filter(|_| job.layers))
-    {
+    for name in products.into_iter().filter(|_| job.layers) {
         plan.read_back(name)?;
     }
+    read_back_map(&mut plan, &job.map)?;
     for name in ["classes", "panes", "glass_counters"].into_iter().filter(|_| job.glass.is_some()) {
         plan.read_back(name)?;
     }
@@ -134,17 +186,33 @@ pub enum Submitted {
 }
 
 /// Observations in, maps out, with up to three of a sensor under way. It is `Send`, and blocks in [`Mapper::wait`] alone.
+///
+/// All sensors write into one map. That of a single sensor comes with each of its observations; that of several is asked for
+/// by [`Mapper::publish`].
 pub struct Mapper {
     context: Context,
+    /// Of the sensors, then that of the map where it is published apart.
     channels: Vec<Channel>,
-    resolution_m: f64,
-    side: u32,
+    map: Arc<MapJob>,
     window: Option<Window>,
     /// Whole metres near the first pose, once there is one.
     local_origin_m: Option<DVec3>,
     clock: Clock,
     /// Channels in the order of what is under way.
     order: VecDeque<usize>,
+    /// Where the robot was when the newest observation came, in which frame, and its goal.
+    newest: Option<Newest>,
+    /// What each sensor's last result said of it.
+    said: Vec<State>,
+    published: u64,
+}
+
+/// See [`Mapper::newest`].
+#[derive(Debug, Clone)]
+struct Newest {
+    pose: SensorPose,
+    map_frame: String,
+    goal_m: Option<DVec2>,
 }
 
 impl Mapper {
@@ -161,34 +229,31 @@ impl Mapper {
     /// # Errors
     /// As there.
     pub fn on(context: &Context, config: &Config, sensors: &[SensorInfo], options: &Options) -> Result<Self> {
-        config.validate()?;
-        let lidars_only = sensors.iter().all(|sensor| matches!(sensor.model, SensorModel::Lidar(_)));
-        let (resolution_m, side) = if lidars_only {
-            (config.scan_resolution_m, config.scan_cells_per_side()?)
-        } else {
-            (config.resolution_m, config.cells_per_side()?)
-        };
+        let map = Arc::new(map_job(config, sensors)?);
         let store = Store::new(context);
-        let channel = |sensor: &SensorInfo| {
-            sensor.config.validate()?;
-            let kind = match &sensor.model {
-                SensorModel::Camera(info) => Kind::camera(camera_job(sensor, info, options, context, side)?)?,
-                SensorModel::Lidar(info) => Kind::lidar(lidar_job(sensor, info, options, side)?)?,
-                SensorModel::Missing(_) => return Ok(Channel::missing(sensor)),
-            };
-            Channel::build(sensor, kind, &store)
-        };
-        let channels = sensors.iter().map(channel).collect::<Result<Vec<_>>>()?;
+        let builder = Builder { context, options, map: &map, sensors };
+        let mut channels = Vec::new();
+        for (number, sensor) in sensors.iter().enumerate() {
+            channels.push(match builder.sensor(number)? {
+                Some(program) => Channel::build(sensor, program, &store)?,
+                None => Channel::missing(sensor),
+            });
+        }
+        if map.apart {
+            channels.push(Channel::of_map(config, builder.map()?, &store)?);
+        }
         let timeouts_ns: Vec<u64> = sensors.iter().map(|sensor| duration_ns(sensor.timeout_s)).collect();
         Ok(Self {
             context: context.clone(),
             clock: Clock::new(&timeouts_ns),
             channels,
-            resolution_m,
-            side,
+            map,
             window: None,
             local_origin_m: None,
             order: VecDeque::new(),
+            newest: None,
+            said: vec![State::Ok; sensors.len()],
+            published: 0,
         })
     }
 
@@ -209,34 +274,111 @@ impl Mapper {
     }
 
     fn checked(&mut self, observation: &Observation) -> std::result::Result<SensorPose, Refused> {
-        let channel = self.channels.get_mut(observation.sensor);
-        let channel = channel.ok_or_else(|| Refused::Sensor(format!("no sensor {}", observation.sensor)))?;
+        let sensor = observation.sensor;
+        let channel = self.channels.get_mut(sensor).filter(|_| sensor < self.said.len());
+        let channel = channel.ok_or_else(|| Refused::Sensor(format!("no sensor {sensor}")))?;
         channel.check(observation)?;
-        checks::pose(observation)
+        let pose = checks::pose(observation)?;
+        match self.clock.ahead_s(sensor, observation.stamp_ns()) {
+            Some(ahead_s) => Err(Refused::Ahead { ahead_s }),
+            None => Ok(pose),
+        }
     }
 
     fn start(&mut self, observation: &Observation, pose: SensorPose) -> Result<()> {
-        let stamp_ns = observation.stamp_ns();
-        let base = pose.map_from_base.translation_m;
-        let window = Window::around(base.x, base.y, self.resolution_m, self.side, self.window);
+        let (stamp_ns, before) = (observation.stamp_ns(), self.clock.now());
+        let arrival = self.clock.observe(observation.sensor, stamp_ns);
+        let window = self.moved_window(pose, arrival.tick < before);
         let local_origin_m =
             *self.local_origin_m.get_or_insert_with(|| PaneSet::origin_near(pose.map_from_sensor()));
+        let (fresh_since, states) = (self.clock.fresh_since(), self.states());
+        let (resolution_m, side) = (self.map.config.resolution_m, self.map.side);
         let channel = &mut self.channels[observation.sensor];
         let moment = Moment {
             observation: Some(observation),
             pose,
             window,
-            grid: window.grid(self.resolution_m, self.side),
+            own_window: channel.own_window(window, side),
+            grid: window.grid(resolution_m, side),
             since_last_s: channel.since_last_s(stamp_ns),
             follows: !channel.refused,
             local_origin_m,
-            towards_goal: towards_goal(&channel.config, observation, pose, self.resolution_m),
+            tick: arrival.tick,
+            now: self.clock.now(),
+            fresh_since: &fresh_since,
+            towards_goal: towards_goal(&channel.config, observation.goal_m, pose, resolution_m),
         };
-        channel.start(&moment, observation)?;
+        channel.start(&moment, observation, states)?;
         self.window = Some(window);
-        self.clock.observe(observation.sensor, stamp_ns);
         self.order.push_back(observation.sensor);
+        let (map_frame, goal_m) = (observation.map_frame.clone(), observation.goal_m);
+        if arrival.tick >= before {
+            self.newest = Some(Newest { pose, map_frame, goal_m });
+        }
         Ok(())
+    }
+
+    /// The window around the robot; a message that is `late` leaves it where newer ones have it.
+    fn moved_window(&self, pose: SensorPose, late: bool) -> Window {
+        let (resolution_m, side) = (self.map.config.resolution_m, self.map.side);
+        match self.window.filter(|_| late) {
+            Some(now) => Window { shift: [0, 0], forget: false, ..now },
+            None => {
+                let base = pose.map_from_base.translation_m;
+                Window::around(base.x, base.y, resolution_m, side, self.window)
+            }
+        }
+    }
+
+    /// Whether the map is published apart from observations ([`Mapper::publish`]): there are several sensors.
+    pub fn publishes(&self) -> bool {
+        self.map.apart
+    }
+
+    /// Starts the publication of the map of several sensors as it stands; `now_ns`: a clock's time, where that goes on
+    /// without data. Whether there is something to publish: before the first observation there is not.
+    ///
+    /// # Errors
+    /// [`Error::Gpu`], [`Error::DeviceLost`].
+    pub fn publish(&mut self, now_ns: Option<u64>) -> Result<bool> {
+        let number = self.said.len();
+        now_ns.into_iter().for_each(|now_ns| self.clock.advance(now_ns));
+        let (Some(window), Some(newest), true) = (self.window, self.newest.clone(), self.map.apart) else {
+            return Ok(false);
+        };
+        let (fresh_since, states) = (self.clock.fresh_since(), self.states());
+        let config = &self.map.config;
+        let still = Window { shift: [0, 0], forget: false, ..window };
+        let moment = Moment {
+            observation: None,
+            pose: newest.pose,
+            window: still,
+            own_window: still,
+            grid: window.grid(config.resolution_m, self.map.side),
+            since_last_s: None,
+            follows: true,
+            local_origin_m: self.local_origin_m.unwrap_or_default(),
+            tick: self.clock.now(),
+            now: self.clock.now(),
+            fresh_since: &fresh_since,
+            towards_goal: towards_goal(config, newest.goal_m, newest.pose, config.resolution_m),
+        };
+        let of =
+            Published { index: self.published, stamp_ns: self.clock.now_ns(), map_frame: newest.map_frame };
+        self.channels[number].publish(&moment, of, states)?;
+        self.published += 1;
+        self.order.push_back(number);
+        Ok(true)
+    }
+
+    /// Time of the newest observation, nanoseconds in the map's time; 0 before the first.
+    pub fn now_ns(&self) -> u64 {
+        self.clock.now_ns()
+    }
+
+    /// States by the clock alone.
+    fn states(&self) -> Vec<State> {
+        self.clock.states()
     }
 
     /// The next result, if it is there; never waits.
@@ -273,10 +415,29 @@ impl Mapper {
     }
 
     fn count(&mut self, taken: Result<Option<Update>>) -> Result<Option<Update>> {
-        if !matches!(taken, Ok(None)) {
-            self.order.pop_front();
+        if matches!(taken, Ok(None)) {
+            return taken;
         }
-        taken
+        self.order.pop_front();
+        let mut update = taken?;
+        if let Some(update) = &mut update {
+            self.judge(update);
+        }
+        Ok(update)
+    }
+
+    /// Joins what the sensors' own results said of them with what the clock said when the map was asked for.
+    fn judge(&mut self, update: &mut Update) {
+        if let (Some(sensor), Some(said)) = (update.sensor, update.seen.as_ref().and_then(Seen::state))
+            && let Some(last) = self.said.get_mut(sensor)
+        {
+            *last = said;
+        }
+        let Some(map) = &mut update.map else { return };
+        for (state, &said) in map.sensors.iter_mut().zip(&self.said) {
+            *state = said.max(*state);
+        }
+        map.state = map.sensors.iter().copied().max().unwrap_or_default();
     }
 
     /// Whether as many observations of a sensor are under way as may be.
@@ -284,7 +445,12 @@ impl Mapper {
         self.channels.get(sensor).is_some_and(|channel| channel.in_flight() >= FRAMES_IN_FLIGHT)
     }
 
-    /// How many observations are under way.
+    /// Whether as many publications of the map are under way as may be.
+    pub fn is_publishing_full(&self) -> bool {
+        self.is_full(self.said.len())
+    }
+
+    /// How many observations and publications are under way.
     pub fn in_flight(&self) -> usize {
         self.order.len()
     }
@@ -294,21 +460,27 @@ impl Mapper {
         &self.context
     }
 
-    /// The passes of a sensor, and what they run on.
+    /// The passes of a sensor, and what they run on; those of the published map after the last sensor.
     pub fn executor(&self, sensor: usize) -> Option<&Executor> {
         self.channels.get(sensor)?.executor()
     }
 
     /// What was decided when the passes were built, in words, for each sensor.
     pub fn notes(&self) -> Vec<String> {
-        self.channels.iter().flat_map(Channel::notes).collect()
+        let scope =
+            |channel: &Channel| if self.map.apart { format!("{}: ", channel.name) } else { String::new() };
+        let of = |channel: &Channel| {
+            let scope = scope(channel);
+            channel.notes().into_iter().map(move |note| format!("{scope}{note}"))
+        };
+        self.channels.iter().flat_map(of).collect()
     }
 }
 
 /// The goal's direction; that of the robot's x axis without a goal; `None` within a cell of the goal.
 fn towards_goal(
     config: &Config,
-    observation: &Observation,
+    goal_m: Option<DVec2>,
     pose: SensorPose,
     resolution_m: f64,
 ) -> Option<DVec2> {
@@ -316,7 +488,7 @@ fn towards_goal(
         [x, y] => Some(DVec2::new(x, y)),
         _ => None,
     };
-    let way = match observation.goal_m.or(stated) {
+    let way = match goal_m.or(stated) {
         Some(goal_m) => {
             let way_m = goal_m - pose.map_from_base.translation_m.truncate();
             (way_m.length() > resolution_m).then_some(way_m)?

@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 use std::ops::Range;
 use std::time::{Duration, Instant};
 
-use crate::base::{Error, Result};
+use crate::base::{Error, Result, duration_ns};
 use crate::config::{Config, Method};
 use crate::input::{Source, SourceReport};
 use crate::map::Update;
@@ -98,7 +98,8 @@ pub fn run(
     let sensors = source.sensors().iter();
     let sensors = sensors.map(|sensor| SensorRun { name: sensor.name.clone(), ..SensorRun::default() });
     let report = RunReport { sensors: sensors.collect(), ..RunReport::default() };
-    let mut run = Run { source, range, sinks, progress, under_way: VecDeque::new(), report };
+    let mut run =
+        Run { source, range, sinks, progress, under_way: VecDeque::new(), unpublished: false, report };
     let outcome = run.all(config, options);
     let mut finished = Ok(());
     for sink in run.sinks.iter_mut() {
@@ -119,6 +120,8 @@ struct Run<'a> {
     progress: &'a mut dyn FnMut(&Update),
     /// What the results under way came of; `None`: a published map.
     under_way: VecDeque<Option<Observation>>,
+    /// Whether an observation came after the last publication.
+    unpublished: bool,
     report: RunReport,
 }
 
@@ -153,7 +156,7 @@ impl Run<'_> {
         self.report.notes = self.source.sensors().iter().filter_map(method_note).collect();
         self.report.notes.extend(mapper.notes());
         let start = Instant::now();
-        let outcome = self.feed(&mut mapper, first);
+        let outcome = self.feed(&mut mapper, first, duration_ns(1.0 / config.publish_rate_hz));
         let mut drained = Ok(());
         while drained.is_ok() && !self.under_way.is_empty() {
             drained = self.take(&mut mapper);
@@ -162,14 +165,19 @@ impl Run<'_> {
         outcome.and(drained)
     }
 
-    fn feed(&mut self, mapper: &mut Mapper, first: Observation) -> Result<()> {
+    fn feed(&mut self, mapper: &mut Mapper, first: Observation, period_ns: u64) -> Result<()> {
         let mut next = Some(first);
+        let mut due_ns = None;
         while let Some(observation) = next {
             while mapper.is_full(observation.sensor) {
                 self.take(mapper)?;
             }
             match mapper.submit(&observation)? {
-                Submitted::Taken => self.under_way.push_back(Some(observation)),
+                Submitted::Taken => {
+                    self.under_way.push_back(Some(observation));
+                    self.unpublished = mapper.publishes();
+                    due_ns = self.publish_when_due(mapper, due_ns, period_ns)?;
+                }
                 Submitted::Refused(reason) => {
                     if let Some(sensor) = self.report.sensors.get_mut(observation.sensor) {
                         sensor.refused += 1;
@@ -180,6 +188,39 @@ impl Run<'_> {
             }
             next = self.next()?;
         }
+        // What came after the last publication.
+        if self.unpublished {
+            self.publish(mapper)?;
+        }
+        Ok(())
+    }
+
+    /// Publishes the map of several sensors with the first observation, and then with the first after each period; when it is
+    /// due next.
+    fn publish_when_due(
+        &mut self,
+        mapper: &mut Mapper,
+        due_ns: Option<u64>,
+        period_ns: u64,
+    ) -> Result<Option<u64>> {
+        let now_ns = mapper.now_ns();
+        if !mapper.publishes() || due_ns.is_some_and(|due_ns| now_ns < due_ns) {
+            return Ok(due_ns);
+        }
+        self.publish(mapper)?;
+        // On time where no observation is missing; from now on where there was a gap.
+        let next_ns = due_ns.map_or(now_ns, |due_ns| due_ns.max(now_ns.saturating_sub(period_ns / 2)));
+        Ok(Some(next_ns + period_ns))
+    }
+
+    fn publish(&mut self, mapper: &mut Mapper) -> Result<()> {
+        while mapper.is_publishing_full() {
+            self.take(mapper)?;
+        }
+        if mapper.publish(None)? {
+            self.under_way.push_back(None);
+        }
+        self.unpublished = false;
         Ok(())
     }
 

@@ -5,21 +5,22 @@ use std::path::Path;
 use std::sync::Arc;
 
 use limpid::Error;
-use limpid::config::{Config, Method};
-use limpid::gpu::{Context, Executor, Shader, ShaderSource, ShaderText};
+use limpid::config::{Config, InflationLaw, Method};
+use limpid::gpu::{Context, Executor, Plan, Shader, ShaderSource, ShaderText};
 use limpid::mapper;
 use limpid::network::weights::Network;
 use limpid::network::{Backend, all_kernels};
 use limpid::sensor::CameraModel;
 use limpid::stage::camera::drm::Drm;
-use limpid::stage::camera::{align_color, back_project, ingest, register_color};
+use limpid::stage::camera::{align_color, back_project, cell_marks, ingest, pane_clip, register_color};
 use limpid::stage::camera::{see_through, spatial_median, tally, update, weigh};
-use limpid::stage::lidar::{intensity_classes, intensity_layers};
-use limpid::stage::map::trajectory_cost;
-use limpid::stage::map::{goal_inflation, plan_map};
+use limpid::stage::glass::pane_cells;
+use limpid::stage::lidar::{intensity_classes, intensity_layers, solid_cells};
+use limpid::stage::map::layers::Layers;
+use limpid::stage::map::{goal_costs, goal_inflation, rule, scan_values, trajectory_cost};
 use limpid::stage::map::{inflate, move_window};
 use limpid::stage::targets;
-use limpid::stage::{CameraJob, LidarJob};
+use limpid::stage::{CameraJob, LidarJob, MapJob};
 
 use crate::sim::small_room;
 use crate::support::camera_job::{job, small_map, tiny_camera};
@@ -30,7 +31,24 @@ use crate::support::scene::{Scene, pose};
 
 const TARGETS: [ShaderSource; 4] = [targets::REMEMBER, targets::REPROJECT, targets::AGREE, targets::JUDGE];
 
-const PIPELINE: [ShaderSource; 22] = [
+/// The passes of the map with several sensors, and other texts of passes of the same names.
+const ONE_MAP: &[ShaderSource] = &[
+    inflate::PACK_VERDICTS,
+    inflate::COLUMNS_VERDICTS,
+    goal_inflation::GOAL_INFLATION_OF_LIDARS,
+    goal_inflation::GOAL_INFLATION_OF_CAMERAS,
+    goal_costs::GOAL_COSTS,
+    cell_marks::UPDATE_MARKS,
+    pane_clip::PANE_CLIP,
+    pane_cells::PANE_LAYER,
+    pane_cells::SHARE_PANES,
+    intensity_layers::INTENSITY_LAYERS_AND_BEAMS,
+    intensity_layers::INTENSITY_LAYERS_AND_BEAMS_OF_BUFFER,
+    solid_cells::SOLID_CELLS,
+    solid_cells::SOLID_CELLS_AND_BEAMS,
+];
+
+const PIPELINE: [ShaderSource; 23] = [
     align_color::ALIGN_COLOR,
     back_project::BACK_PROJECT,
     inflate::PACK,
@@ -50,7 +68,8 @@ const PIPELINE: [ShaderSource; 22] = [
     intensity_layers::INTENSITY_LAYERS_OF_BUFFER,
     intensity_classes::INTENSITY_CLASSES,
     goal_inflation::GOAL_INFLATION,
-    plan_map::PLAN_MAP,
+    scan_values::SCAN_VALUES,
+    scan_values::SCAN_VALUES_AND_PANES,
     trajectory_cost::ROLL_OUT,
     trajectory_cost::SUM,
 ];
@@ -60,6 +79,7 @@ fn all() -> impl Iterator<Item = ShaderSource> {
     PIPELINE
         .into_iter()
         .chain(TARGETS)
+        .chain(ONE_MAP.iter().copied())
         .chain(limpid::sim::passes::ALL)
         .chain(limpid::stage::glass::LABELLING)
         .chain([limpid::stage::glass::CLEAN, limpid::stage::glass::pane_cells::PANE_CELLS])
@@ -110,7 +130,10 @@ fn scan_job() -> LidarJob {
         deskew: true,
         layers: true,
         glass: None,
-        side: 200,
+        map: Arc::new(MapJob::of_lidar(&Config::default(), 200, false)),
+        sensor: 0,
+        scope: String::new(),
+        glass_number: 0,
     }
 }
 
@@ -119,7 +142,40 @@ fn glass_job() -> LidarJob {
     let (scan, _) = GlassRoom::default().scan();
     let grid = limpid::sensor::BeamGrid::of_scan(&scan).unwrap();
     let glass = limpid::stage::glass::Glass { grid, load: limpid::map::PaneSet::default() };
-    LidarJob { glass: Some(glass), ..scan_job() }
+    let map = Arc::new(MapJob::of_lidar(&Config::default(), 200, true));
+    LidarJob { glass: Some(glass), map, ..scan_job() }
+}
+
+const ALL_LAYERS: Layers = Layers { cameras: true, lidars: true, panes: true };
+
+/// Plans of maps with several sensors, by both laws of inflation, with and without each layer.
+fn one_map_plans() -> Vec<Plan> {
+    let cameras = Layers { cameras: true, ..Layers::default() };
+    let lidars = Layers { lidars: true, ..Layers::default() };
+    let mut plans = Vec::new();
+    for layers in [ALL_LAYERS, cameras, lidars] {
+        for inflation_law in [InflationLaw::Nav2, InflationLaw::Goal] {
+            let config = Config { inflation_law, ..small_map() };
+            let side = config.cells_per_side().unwrap();
+            let (cameras, glass_lidars) = (2 * u32::from(layers.cameras), u32::from(layers.panes));
+            let map = Arc::new(MapJob { config, side, layers, cameras, glass_lidars, apart: true });
+            plans.push(mapper::map_plan(&mapper::map_stages(&map)).unwrap());
+            let scope = || "top".to_owned();
+            if layers.cameras {
+                plans.push(camera_plan(&CameraJob {
+                    map: Arc::clone(&map),
+                    scope: scope(),
+                    ..job(&small_map(), tiny_camera())
+                }));
+            }
+            let scans = if layers.panes { glass_job() } else { scan_job() };
+            let scans = Arc::new(LidarJob { map, scope: scope(), ..scans });
+            if layers.lidars {
+                plans.push(mapper::lidar_plan(&scans, &mapper::lidar_stages(&scans)).unwrap());
+            }
+        }
+    }
+    plans
 }
 
 #[test]
@@ -131,8 +187,12 @@ fn every_shader_parses_and_every_file_is_reached() {
     let mut files = BTreeSet::new();
     wgsl_files(&Path::new(env!("CARGO_MANIFEST_DIR")).join("shaders"), &mut files);
     let network = all_kernels();
-    let parts = all().flat_map(|s| s.parts).chain(network.iter().flatten());
-    let reached: BTreeSet<String> = parts.map(|part| (*part).to_owned()).collect();
+    let windows = [ALL_LAYERS, Layers::default()].into_iter().flat_map(|layers| {
+        [true, false].into_iter().flat_map(move |frame| move_window::parts(layers, frame))
+    });
+    let parts = all().flat_map(|s| s.parts.iter().copied()).chain(network.iter().flatten().copied());
+    let rules = [ALL_LAYERS, Layers::default()].into_iter().flat_map(rule::parts);
+    let reached: BTreeSet<String> = parts.chain(rules).chain(windows).map(str::to_owned).collect();
     let first_lines =
         |of: Vec<&String>| of.iter().map(|text| text.lines().next().unwrap().to_owned()).collect::<Vec<_>>();
     let unreached = first_lines(files.difference(&reached).collect());
@@ -148,6 +208,7 @@ fn every_pass_is_in_a_plan_that_fits() {
         let job = Arc::new(scans);
         plans.push(mapper::lidar_plan(&job, &mapper::lidar_stages(&job)).unwrap());
     }
+    plans.extend(one_map_plans());
     plans.push(limpid::offline::score::velocity_plan(20, 5, 30).unwrap());
     let colored = CameraJob { color: Some(tiny_camera()), ..job(&small_map(), tiny_camera()) };
     plans.push(limpid::offline::targets::plan(&Arc::new(colored), &targets::Rule::default(), true).unwrap());
@@ -269,7 +330,7 @@ fn loops_run_without_a_guard_only_where_they_are_sure_to_end() {
 #[test]
 fn passes_that_run_with_guards_in_their_loops_are_these() {
     let guarded = all().filter(|source| !Shader::parse(*source).unwrap().counted_loops);
-    let guarded: Vec<_> = guarded.map(|source| source.name).collect();
+    let guarded: BTreeSet<_> = guarded.map(|source| source.name).collect();
     let known = [
         "back_project",
         "inflate/rows",
@@ -279,5 +340,5 @@ fn passes_that_run_with_guards_in_their_loops_are_these() {
         "sim/meter",
         "glass/gather",
     ];
-    assert_eq!(guarded, known);
+    assert_eq!(guarded, BTreeSet::from(known));
 }

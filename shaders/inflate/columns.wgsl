@@ -1,5 +1,5 @@
 // Nav2 costs by the distance to the nearest occupied cell: second half of the transform, four cells a word.
-// spec 1 §3 (inflation): unknown is overwritten only from 253 up.
+// spec 1 §3 (inflation), spec 4 §2: no cost falls below that of the verdict, and unknown is overwritten only from 253 up.
 struct InflateColumnsParams {
     side: u32,
     radius: u32,    // cells, at most 254
@@ -8,13 +8,13 @@ struct InflateColumnsParams {
 }
 
 @group(0) @binding(0) var<uniform> inflate_columns_params: InflateColumnsParams;
-@group(0) @binding(1) var<storage, read> state: array<u32>;
 @group(0) @binding(2) var<storage, read> row_distance: array<u32>;
 @group(0) @binding(3) var<storage, read> cost_by_squared_distance: array<u32>;
 @group(0) @binding(4) var<storage, read_write> costmap: array<u32>;
 
-const COST_UNKNOWN = 255u;
-const COST_INSCRIBED = 253u;
+// Costs that this pass looks for.
+const UNKNOWN_COST = 255u;
+const INSCRIBED_COST = 253u;
 
 // Squared distances of the four cells of a word.
 fn squared_distances(quad: u32, y: u32) -> vec4<u32> {
@@ -38,7 +38,11 @@ fn cost_of(squared: u32, x: u32, y: u32) -> u32 {
         cost = cost_by_squared_distance[squared];
     }
     let cell = y * inflate_columns_params.side + min(x, inflate_columns_params.side - 1u);
-    return select(cost, COST_UNKNOWN, see_state(state[cell]) == UNKNOWN && cost < COST_INSCRIBED);
+    let base = base_cost(cell);
+    if base == UNKNOWN_COST {
+        return select(UNKNOWN_COST, cost, cost >= INSCRIBED_COST);
+    }
+    return max(base, cost);
 }
 
 @compute @workgroup_size(64)

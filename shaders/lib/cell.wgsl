@@ -23,7 +23,7 @@ struct CellHits {
     count: u32,         // pixels that ended in the cell inside the height band
     weight: u32,        // sum of their weights, fixed point
     top: u32,           // highest of them, in steps above height_min; FLOOR where only the floor was met
-    unused: u32,
+    low: u32,           // lowest of them, in steps with all bits inverted; 0 where that is not kept
 }
 
 fn to_cell(v: vec4<u32>) -> Cell {

@@ -4,6 +4,7 @@
 // The vertical through a cell's centre is a line in the image. A pixel on that line looks through the
 // cell at a known height; it sees through it when its depth lies behind the cell's far edge. Where even
 // the deepest pixel around (`around_far_m`) does not reach that far, the pixels need not be looked at.
+// A depth below 0 is that of a pane that the ray meets before it ends: it clears up to there (spec 4 §1).
 struct SeeThroughGatherParams {
     camera_from_window_x: vec4<f32>,    // rows of the transform
     camera_from_window_y: vec4<f32>,
@@ -119,7 +120,7 @@ fn ray_passes(stretch: Stretch, s: f32, behind: f32) -> bool {
     if weighted && reliability[pixel] <= see_through_gather_params.tau {
         return false;
     }
-    return depth_m[pixel] * mix(stretch.inverse_z.x, stretch.inverse_z.y, s) > behind;
+    return abs(depth_m[pixel]) * mix(stretch.inverse_z.x, stretch.inverse_z.y, s) > behind;
 }
 
 // Whether any trusted pixel within a tile's side of the stretch at s can look that far.

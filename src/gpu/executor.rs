@@ -107,7 +107,7 @@ impl Executor {
     fn fill_fixed(&self) -> Result<()> {
         for buffer in self.plan.buffers() {
             if let Role::Fixed(data) = &buffer.role {
-                self.rewrite_fixed(&buffer.name, data)?;
+                self.rewrite_fixed("", &buffer.name, data)?;
             }
         }
         Ok(())
@@ -177,12 +177,12 @@ impl Executor {
         self.context.check("clearing the map")
     }
 
-    /// Replaces the content of a fixed buffer, from the next frame on.
+    /// Replaces the content of a fixed buffer of `scope`, else of none, from the next frame on.
     ///
     /// # Errors
     /// [`Error::Plan`] where the buffer is not fixed or the size differs.
-    pub fn rewrite_fixed(&self, name: &str, data: &[u8]) -> Result<()> {
-        let id = self.find(name)?;
+    pub fn rewrite_fixed(&self, scope: &str, name: &str, data: &[u8]) -> Result<()> {
+        let id = self.find_in(scope, name)?;
         let buffer = &self.plan.buffers()[id.0];
         if !matches!(buffer.role, Role::Fixed(_)) || buffer.bytes != data.len().next_multiple_of(4) as u64 {
             let reason = format!("{} bytes do not fit a fixed buffer of {}", data.len(), buffer.bytes);

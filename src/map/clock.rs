@@ -1,5 +1,6 @@
 //! The map's time: ticks since it began, the newest stamp of any sensor, and which sensors are behind it (spec 4 §3).
 
+use crate::base::duration_ns;
 use crate::map::State;
 
 /// Nanoseconds of a tick.
@@ -60,6 +61,11 @@ pub struct Clock {
 }
 
 impl Clock {
+    /// A duration in ticks, rounded up; 0 of 0.
+    pub fn ticks(seconds: f64) -> u32 {
+        u32::try_from(duration_ns(seconds).div_ceil(TICK_NS)).unwrap_or(u32::MAX)
+    }
+
     /// For sensors that are stale after so many nanoseconds without data; 0: never.
     pub fn new(timeouts_ns: &[u64]) -> Self {
         let track = |&timeout_ns: &u64| Track { timeout_ns, ..Track::default() };

@@ -110,17 +110,18 @@ pub struct LabelledScan {
 }
 
 impl LabelledScan {
-    /// Of a scan of `points` points that came back, its pose having `jumped` or not.
+    /// Of a scan of `points` points that came back from the passes of `scope`, its pose having `jumped` or not.
     ///
     /// # Errors
     /// [`Error::Gpu`] where labels were not read back.
     pub(crate) fn read(
         readback: &Readback,
         executor: &Executor,
+        scope: &str,
         points: usize,
         jumped: bool,
     ) -> Result<Self> {
-        let bytes = |name: &str| readback.bytes(executor.find(name)?);
+        let bytes = |name: &str| readback.bytes(executor.find_in(scope, name)?);
         let words = |name: &str| -> Result<Vec<u32>> {
             Ok(bytes(name)?.chunks_exact(4).map(pod_read_unaligned).collect())
         };

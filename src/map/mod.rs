@@ -9,6 +9,7 @@ pub(crate) mod jumps;
 mod pane;
 pub mod pane_file;
 mod pane_set;
+pub mod rule;
 mod state;
 mod update;
 mod verdict;

@@ -20,7 +20,13 @@ impl Window {
         let cell = |at_m: f64| (at_m / resolution_m).floor() as i64;
         let half = i64::from(side / 2);
         let origin = [cell(x_m).saturating_sub(half), cell(y_m).saturating_sub(half)];
-        let limit = i64::from(side);
+        Self { origin, ..Self::default() }.since(before, side)
+    }
+
+    /// The same place, moved from `before`.
+    #[must_use]
+    pub fn since(self, before: Option<Self>, side: u32) -> Self {
+        let (origin, limit) = (self.origin, i64::from(side));
         let shift = before.map_or([0, 0], |b| {
             [0, 1].map(|axis| {
                 let moved = origin[axis].saturating_sub(b.origin[axis]).clamp(-limit, limit);

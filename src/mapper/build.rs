@@ -2,7 +2,9 @@
 
 use std::sync::Arc;
 
-use super::{Options, SensorInfo, camera_plan, camera_stages, lidar_plan, lidar_stages};
+use super::{
+    Options, SensorInfo, camera_plan, camera_stages, lidar_plan, lidar_stages, map_plan, map_stages,
+};
 use crate::base::{Error, Result};
 use crate::config::{Config, MAX_POINTS, Method};
 use crate::gpu::{Context, Plan};
@@ -10,16 +12,19 @@ use crate::map::PaneSet;
 use crate::map::pane_file::read_panes;
 use crate::network::Backend;
 use crate::network::weights::Network;
-use crate::sensor::{BeamGrid, CameraInfo, LidarInfo, Scan};
+use crate::sensor::{BeamGrid, CameraInfo, LidarInfo, Scan, SensorModel};
 use crate::stage::camera::drm::Drm;
 use crate::stage::glass::{Glass, MOST_POINTS};
 use crate::stage::lidar::planes::{full_scale, plane_rings};
-use crate::stage::{CameraJob, LidarJob, Stage};
+use crate::stage::map::layers::Layers;
+use crate::stage::{CameraJob, LidarJob, MapJob, Stage};
 
 /// The passes of a sensor, by its kind.
 pub(super) enum Kind {
     Camera(Arc<CameraJob>),
     Lidar(Arc<LidarJob>),
+    /// The map of several sensors.
+    Map(Arc<MapJob>),
 }
 
 /// A kind with its stages and their plan.
@@ -30,6 +35,15 @@ pub(super) struct Program {
 }
 
 impl Kind {
+    /// In which scope its buffers are named.
+    pub(super) fn scope(&self) -> &str {
+        match self {
+            Self::Camera(job) => &job.scope,
+            Self::Lidar(job) => &job.scope,
+            Self::Map(_) => "",
+        }
+    }
+
     pub(super) fn camera(job: CameraJob) -> Result<Program> {
         let job = Arc::new(job);
         let stages = camera_stages(&job);
@@ -45,28 +59,129 @@ impl Kind {
     }
 }
 
-pub(super) fn camera_job(
-    sensor: &SensorInfo,
-    info: &CameraInfo,
-    options: &Options,
-    context: &Context,
-    side: u32,
-) -> Result<CameraJob> {
-    info.depth.validate()?;
-    let config = sensor.config.resolved(info.color.is_some());
-    let drm = load_drm(&config, info, context)?;
-    Ok(CameraJob {
-        depth: info.depth,
-        float_depth: info.float_depth,
-        color: info.color.filter(|_| options.images || drm.is_some()),
-        color_aligned: info.color_aligned,
-        confidence: info.confidence || !config.confidence_topic.is_empty(),
-        drm,
-        images: options.images,
-        layers: options.layers,
+/// What the map of these sensors is built for: those that are missing take no part. Lidars alone have a map of
+/// `scan_resolution_m` and `scan_map_size_m`; where there is a camera, the map's own hold for lidars too.
+pub(super) fn map_job(config: &Config, sensors: &[SensorInfo]) -> Result<MapJob> {
+    config.validate()?;
+    let count = |of: fn(&SensorInfo) -> bool| sensors.iter().filter(|sensor| of(sensor)).count();
+    let number = |count: usize| u32::try_from(count).unwrap_or(u32::MAX);
+    let is_lidar = |sensor: &SensorInfo| matches!(sensor.model, SensorModel::Lidar(_));
+    let cameras = number(count(|sensor| matches!(sensor.model, SensorModel::Camera(_))));
+    let glass_lidars = number(count(is_glass_lidar));
+    let lidars = sensors.iter().any(is_lidar);
+    let of_lidars = lidars && cameras == 0;
+    let config = one_size(config, of_lidars);
+    config.validate()?;
+    Ok(MapJob {
+        side: config.cells_per_side()?,
         config,
-        side,
+        layers: Layers { cameras: cameras > 0, lidars, panes: glass_lidars > 0 },
+        cameras,
+        glass_lidars,
+        apart: sensors.len() > 1,
     })
+}
+
+/// The configuration with the map's resolution and size in both pairs of keys: those of lidars, or those of cameras.
+fn one_size(config: &Config, of_lidars: bool) -> Config {
+    let (resolution_m, map_size_m) = match of_lidars {
+        true => (config.scan_resolution_m, config.scan_map_size_m),
+        false => (config.resolution_m, config.map_size_m),
+    };
+    Config {
+        resolution_m,
+        map_size_m,
+        scan_resolution_m: resolution_m,
+        scan_map_size_m: map_size_m,
+        ..config.clone()
+    }
+}
+
+fn is_glass_lidar(sensor: &SensorInfo) -> bool {
+    matches!(sensor.model, SensorModel::Lidar(_)) && sensor.config.glass
+}
+
+/// What the programs of a map's sensors are made of.
+pub(super) struct Builder<'a> {
+    pub(super) context: &'a Context,
+    pub(super) options: &'a Options,
+    pub(super) map: &'a Arc<MapJob>,
+    pub(super) sensors: &'a [SensorInfo],
+}
+
+impl Builder<'_> {
+    /// The program of the sensor of that number; `None` where nothing is known of it.
+    pub(super) fn sensor(&self, number: usize) -> Result<Option<Program>> {
+        let sensor = &self.sensors[number];
+        Ok(match &sensor.model {
+            SensorModel::Camera(info) => Some(Kind::camera(self.camera_job(number, info)?)?),
+            SensorModel::Lidar(info) => Some(Kind::lidar(self.lidar_job(number, info)?)?),
+            SensorModel::Missing(_) => None,
+        })
+    }
+
+    /// The program of the map of several sensors.
+    pub(super) fn map(&self) -> Result<Program> {
+        let stages = map_stages(self.map);
+        let plan = map_plan(&stages)?;
+        Ok(Program { kind: Kind::Map(Arc::clone(self.map)), stages, plan })
+    }
+
+    /// The parameters of a sensor, with the map's size.
+    fn config(&self, number: usize) -> Result<Config> {
+        let MapJob { config: map, .. } = &**self.map;
+        let config = Config {
+            resolution_m: map.resolution_m,
+            map_size_m: map.map_size_m,
+            scan_resolution_m: map.resolution_m,
+            scan_map_size_m: map.map_size_m,
+            ..self.sensors[number].config.clone()
+        };
+        config.validate()?;
+        Ok(config)
+    }
+
+    fn scope(&self, number: usize) -> String {
+        if self.map.apart { self.sensors[number].name.clone() } else { String::new() }
+    }
+
+    fn camera_job(&self, number: usize, info: &CameraInfo) -> Result<CameraJob> {
+        info.depth.validate()?;
+        let config = self.config(number)?.resolved(info.color.is_some());
+        let drm = load_drm(&config, info, self.context)?;
+        Ok(CameraJob {
+            depth: info.depth,
+            float_depth: info.float_depth,
+            color: info.color.filter(|_| self.options.images || drm.is_some()),
+            color_aligned: info.color_aligned,
+            confidence: info.confidence || !config.confidence_topic.is_empty(),
+            drm,
+            images: self.options.images,
+            layers: self.options.layers,
+            config,
+            map: Arc::clone(self.map),
+            sensor: u32::try_from(number).unwrap_or(u32::MAX),
+            scope: self.scope(number),
+        })
+    }
+
+    fn lidar_job(&self, number: usize, info: &LidarInfo) -> Result<LidarJob> {
+        let config = self.config(number)?;
+        let glass_number = self.sensors[..number].iter().filter(|sensor| is_glass_lidar(sensor)).count();
+        Ok(LidarJob {
+            capacity: capacity(&config, &info.first)?,
+            full_scale: full_scale(&config, &info.first)?,
+            plane_rings: plane_rings(&config, &info.first)?,
+            deskew: config.deskew && info.first.columns.time,
+            layers: self.options.layers,
+            glass: glass(&config, &info.first)?,
+            config,
+            map: Arc::clone(self.map),
+            sensor: u32::try_from(number).unwrap_or(u32::MAX),
+            glass_number: u32::try_from(glass_number).unwrap_or(u32::MAX),
+            scope: self.scope(number),
+        })
+    }
 }
 
 /// The network of method drm; `None` for the others.
@@ -84,25 +199,6 @@ fn load_drm(config: &Config, info: &CameraInfo, context: &Context) -> Result<Opt
         file => Network::read(std::path::Path::new(file))?,
     };
     Ok(Some(Drm { network: Arc::new(network), backend: Backend::of(context) }))
-}
-
-pub(super) fn lidar_job(
-    sensor: &SensorInfo,
-    info: &LidarInfo,
-    options: &Options,
-    side: u32,
-) -> Result<LidarJob> {
-    let config = &sensor.config;
-    Ok(LidarJob {
-        capacity: capacity(config, &info.first)?,
-        full_scale: full_scale(config, &info.first)?,
-        plane_rings: plane_rings(config, &info.first)?,
-        deskew: config.deskew && info.first.columns.time,
-        layers: options.layers,
-        glass: glass(config, &info.first)?,
-        config: config.clone(),
-        side,
-    })
 }
 
 /// Points to build for: enough for scans somewhat larger than the first.

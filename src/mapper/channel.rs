@@ -7,28 +7,38 @@ use glam::DVec2;
 
 use super::build::{Kind, Program};
 use super::{SensorInfo, camera_stages, checks};
-use crate::base::{Error, Refused, Result, seconds_between};
-use crate::config::Config;
+use crate::base::{Error, Refused, Result, Rigid, seconds_between};
+use crate::config::{Config, SensorConfig};
 use crate::gpu::{Executor, Readback, Store};
 use crate::map::jumps::PoseTrack;
-use crate::map::{Grid, Update};
-use crate::sensor::{Observation, SensorPose};
+use crate::map::{Grid, State, Update, Window};
+use crate::sensor::{Observation, SensorKind, SensorPose};
 use crate::stage::camera::back_project;
 use crate::stage::{CameraJob, Moment, Stage};
 
 /// What is remembered of an observation while it is under way.
 #[derive(Debug, Clone)]
 pub(super) struct Pending {
-    pub(super) sensor: usize,
+    /// `None`: the map is published.
+    pub(super) sensor: Option<usize>,
     pub(super) index: u64,
     pub(super) stamp_ns: u64,
     pub(super) map_frame: String,
     pub(super) pose: SensorPose,
     pub(super) grid: Grid,
     pub(super) towards_goal: Option<DVec2>,
+    /// What the clock said of the sensors.
+    pub(super) states: Vec<State>,
     /// Of a scan.
     pub(super) points: usize,
     pub(super) pose_jumped: bool,
+}
+
+/// A published map's number, time and frame.
+pub(super) struct Published {
+    pub(super) index: u64,
+    pub(super) stamp_ns: u64,
+    pub(super) map_frame: String,
 }
 
 /// The passes of a sensor as built.
@@ -46,6 +56,7 @@ pub(super) struct Channel {
     built: Option<Built>,
     track: PoseTrack,
     last_stamp_ns: Option<u64>,
+    last_window: Option<Window>,
     /// Whether the observation before was refused.
     pub(super) refused: bool,
     pending: VecDeque<Pending>,
@@ -58,6 +69,14 @@ impl Channel {
         Ok(Self { built: Some(built), ..Self::missing(sensor) })
     }
 
+    /// That of the map of several sensors.
+    pub(super) fn of_map(config: &Config, program: Program, store: &Store) -> Result<Self> {
+        let kind = SensorKind::Camera;
+        let nobody =
+            SensorInfo::missing(SensorConfig { name: "map".into(), ..SensorConfig::found(kind, config) });
+        Self::build(&nobody, program, store)
+    }
+
     pub(super) fn missing(sensor: &SensorInfo) -> Self {
         Self {
             name: sensor.name.clone(),
@@ -65,6 +84,7 @@ impl Channel {
             built: None,
             track: PoseTrack::default(),
             last_stamp_ns: None,
+            last_window: None,
             refused: false,
             pending: VecDeque::new(),
         }
@@ -81,6 +101,11 @@ impl Channel {
     /// Seconds since the observation before; `None` for the first.
     pub(super) fn since_last_s(&self, stamp_ns: u64) -> Option<f64> {
         self.last_stamp_ns.map(|last_ns| seconds_between(last_ns, stamp_ns))
+    }
+
+    /// The window as it moved since the observation before.
+    pub(super) fn own_window(&self, window: Window, side: u32) -> Window {
+        window.since(self.last_window, side)
     }
 
     /// Whether the observation fits what the passes were built for.
@@ -101,29 +126,52 @@ impl Channel {
     }
 
     /// Writes and submits an observation that was checked.
-    pub(super) fn start(&mut self, moment: &Moment<'_>, observation: &Observation) -> Result<()> {
+    pub(super) fn start(
+        &mut self,
+        moment: &Moment<'_>,
+        observation: &Observation,
+        states: Vec<State>,
+    ) -> Result<()> {
         let missing = || Error::Plan { pass: self.name.clone(), reason: "has no passes".into() };
         let built = self.built.as_mut().ok_or_else(missing)?;
         built.recalibrate(observation)?;
-        let mut input = built.executor.begin()?;
-        for stage in &built.stages {
-            stage.write(moment, &mut input)?;
-        }
-        input.submit()?;
+        built.submit(moment)?;
         let (stamp_ns, map_from_sensor) = (observation.stamp_ns(), moment.pose.map_from_sensor());
         self.pending.push_back(Pending {
-            sensor: observation.sensor,
+            sensor: Some(observation.sensor),
             index: observation.index(),
             stamp_ns: built.oldest_ns(observation),
             map_frame: observation.map_frame.clone(),
             pose: moment.pose,
             grid: moment.grid,
             towards_goal: moment.towards_goal,
+            states,
             points: observation.scan().map_or(0, |scan| scan.points.len()),
             pose_jumped: self.track.jumps(&self.config, stamp_ns, map_from_sensor),
         });
         self.last_stamp_ns = Some(stamp_ns);
+        self.last_window = Some(moment.window);
         self.refused = false;
+        Ok(())
+    }
+
+    /// Writes and submits the publication of the map.
+    pub(super) fn publish(&mut self, moment: &Moment<'_>, of: Published, states: Vec<State>) -> Result<()> {
+        let missing = || Error::Plan { pass: self.name.clone(), reason: "has no passes".into() };
+        self.built.as_mut().ok_or_else(missing)?.submit(moment)?;
+        let Published { index, stamp_ns, map_frame } = of;
+        self.pending.push_back(Pending {
+            sensor: None,
+            index,
+            stamp_ns,
+            map_frame,
+            pose: SensorPose { base_from_sensor: Rigid::IDENTITY, sweep: None, ..moment.pose },
+            grid: moment.grid,
+            towards_goal: moment.towards_goal,
+            states,
+            points: 0,
+            pose_jumped: false,
+        });
         Ok(())
     }
 
@@ -160,6 +208,15 @@ impl Channel {
 }
 
 impl Built {
+    fn submit(&mut self, moment: &Moment<'_>) -> Result<()> {
+        let mut input = self.executor.begin()?;
+        input.enter(self.kind.scope());
+        for stage in &self.stages {
+            stage.write(moment, &mut input)?;
+        }
+        input.submit()
+    }
+
     /// Takes a new calibration of the same size, between frames.
     fn recalibrate(&mut self, observation: &Observation) -> Result<()> {
         let (Kind::Camera(job), Some(frame)) = (&self.kind, observation.frame()) else { return Ok(()) };
@@ -168,7 +225,7 @@ impl Built {
         }
         let job = Arc::new(CameraJob { depth: frame.depth.camera, ..(**job).clone() });
         self.stages = camera_stages(&job);
-        self.executor.rewrite_fixed("rays", &back_project::rays(&job.depth))?;
+        self.executor.rewrite_fixed(&job.scope, "rays", &back_project::rays(&job.depth))?;
         self.kind = Kind::Camera(job);
         Ok(())
     }
@@ -187,7 +244,7 @@ impl Built {
     /// See [`Channel::notes`].
     fn notes(&self) -> Vec<String> {
         match &self.kind {
-            Kind::Camera(_) => Vec::new(),
+            Kind::Camera(_) | Kind::Map(_) => Vec::new(),
             Kind::Lidar(job) => {
                 let scale = if job.config.intensity_full_scale > 0.0 {
                     format!("full scale of intensities: {} as configured", job.full_scale)

@@ -8,9 +8,10 @@ use crate::base::Result;
 use crate::gpu::{Executor, Readback};
 use crate::map::glass::LabelledScan;
 use crate::map::{
-    CameraUpdate, Counters, FrameImages, FrameLayers, LidarUpdate, MapUpdate, ScanLayers, Seen, State, Update,
+    CameraUpdate, CellClass, Counters, FrameImages, FrameLayers, LidarUpdate, MapUpdate, ScanLayers, Seen,
+    State, Update, Verdict,
 };
-use crate::stage::{CameraJob, LidarJob};
+use crate::stage::{CameraJob, LidarJob, MapJob};
 
 /// States of a cell in bits 0-1, as in `shaders/lib/cell.wgsl`.
 const FREE: u32 = 1;
@@ -19,25 +20,24 @@ const OCCUPIED: u32 = 2;
 impl Built {
     /// The result of what was under way.
     pub(super) fn update(&self, pending: Pending, readback: &Readback) -> Result<Update> {
-        let reader = Reader { readback, executor: &self.executor };
+        let reader = Reader { readback, executor: &self.executor, scope: self.kind.scope() };
         let (seen, map) = match &self.kind {
-            Kind::Camera(job) => {
-                let camera = reader.camera(job)?;
-                let map = reader.camera_map(job, &pending, camera.degraded)?;
-                (Seen::Camera(camera), map)
-            }
-            Kind::Lidar(job) => (Seen::Lidar(reader.lidar(job, &pending)?), reader.lidar_map(job, &pending)?),
+            Kind::Camera(job) => (Some(Seen::Camera(reader.camera(job)?)), &job.map),
+            Kind::Lidar(job) => (Some(Seen::Lidar(reader.lidar(job, &pending)?)), &job.map),
+            Kind::Map(map) => (None, map),
         };
+        let published = pending.sensor.is_none() || !map.apart;
+        let map = published.then(|| reader.map(map, &pending)).transpose()?;
         let spans = readback.spans.iter();
         Ok(Update {
-            sensor: Some(pending.sensor),
+            sensor: pending.sensor,
             index: pending.index,
             stamp_ns: pending.stamp_ns,
             map_frame: pending.map_frame,
             map_from_base: pending.pose.map_from_base,
             base_from_sensor: pending.pose.base_from_sensor,
-            seen: Some(seen),
-            map: Some(map),
+            seen,
+            map,
             pass_ms: spans.clone().map(|(name, span)| (name.clone(), span.length_ns * 1e-6)).collect(),
             pass_start_ms: spans.map(|(_, span)| span.start_ns * 1e-6).collect(),
         })
@@ -47,11 +47,12 @@ impl Built {
 struct Reader<'a> {
     readback: &'a Readback,
     executor: &'a Executor,
+    scope: &'a str,
 }
 
 impl Reader<'_> {
     fn bytes(&self, name: &str) -> Result<&[u8]> {
-        self.readback.bytes(self.executor.find(name)?)
+        self.readback.bytes(self.executor.find_in(self.scope, name)?)
     }
 
     fn words(&self, name: &str) -> Result<Vec<u32>> {
@@ -81,16 +82,21 @@ impl Reader<'_> {
         })
     }
 
-    fn camera_map(&self, job: &CameraJob, pending: &Pending, degraded: bool) -> Result<MapUpdate> {
-        let state = if degraded { State::Degraded } else { State::Ok };
+    fn map(&self, job: &MapJob, pending: &Pending) -> Result<MapUpdate> {
+        let costmap = self.quads("costmap", job.side)?;
+        let verdicts: Vec<Verdict> = self.words("verdicts")?.into_iter().map(Verdict).collect();
+        let classes = match job.layers.lidars {
+            true => verdicts.iter().zip(&costmap).map(|(&v, &cost)| CellClass::of(v, cost) as u8).collect(),
+            false => Vec::new(),
+        };
         Ok(MapUpdate {
             grid: pending.grid,
-            costmap: self.quads("costmap", job.side)?,
-            verdicts: Vec::new(),
-            classes: Vec::new(),
+            costmap,
+            verdicts,
+            classes,
             towards_goal: pending.towards_goal,
-            state,
-            sensors: vec![state],
+            state: State::Ok,
+            sensors: pending.states.clone(),
         })
     }
 
@@ -123,25 +129,14 @@ impl Reader<'_> {
 
     fn lidar(&self, job: &LidarJob, pending: &Pending) -> Result<LidarUpdate> {
         let glass = job.glass.as_ref();
-        let labels =
-            |_| LabelledScan::read(self.readback, self.executor, pending.points, pending.pose_jumped);
+        let labels = |_| {
+            LabelledScan::read(self.readback, self.executor, self.scope, pending.points, pending.pose_jumped)
+        };
         Ok(LidarUpdate {
             points: pending.points,
             pose_jumped: pending.pose_jumped,
             glass: glass.map(labels).transpose()?,
             layers: job.layers.then(|| self.scan_layers(job)).transpose()?,
-        })
-    }
-
-    fn lidar_map(&self, job: &LidarJob, pending: &Pending) -> Result<MapUpdate> {
-        Ok(MapUpdate {
-            grid: pending.grid,
-            costmap: self.quads("plan_costs", job.side)?,
-            verdicts: Vec::new(),
-            classes: self.quads("plan_classes", job.side)?,
-            towards_goal: pending.towards_goal,
-            state: State::Ok,
-            sensors: vec![State::Ok],
         })
     }
 

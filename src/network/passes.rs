@@ -115,7 +115,7 @@ impl Passes<'_> {
             let head = head.filter(|_| self.is_head_folded());
             if !(is_head && self.is_head_folded()) {
                 let name = weights_name(&block.shape.name);
-                executor.rewrite_fixed(&name, &pack(block, head).bytes())?;
+                executor.rewrite_fixed("", &name, &pack(block, head).bytes())?;
             }
         }
         Ok(())

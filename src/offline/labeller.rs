@@ -107,7 +107,7 @@ impl Labeller {
         let missing = || Error::Gpu { what: "labels".into(), reason: "nothing was under way".into() };
         let readback = self.executor.receive()?.ok_or_else(missing)?;
         let jumped = self.track.jumps(&self.config, scan.stamp_ns, map_from_lidar);
-        LabelledScan::read(&readback, &self.executor, scan.points.len(), jumped)
+        LabelledScan::read(&readback, &self.executor, "", scan.points.len(), jumped)
     }
 }
 

@@ -1,10 +1,49 @@
-//! What the stages of a sensor are built for.
+//! What the stages of a sensor, and of the map, are built for.
 
-use crate::config::{Config, Fusion, Method};
+use std::sync::Arc;
+
+use crate::config::{Config, Fusion, InflationLaw, Method};
 use crate::sensor::CameraModel;
 use crate::stage::camera::back_project::STRIP;
 use crate::stage::camera::drm::Drm;
 use crate::stage::glass::Glass;
+use crate::stage::map::layers::Layers;
+
+/// What the stages of the map are built for, and what those of a sensor know of it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MapJob {
+    /// Parameters; resolution and size are the map's for cameras and lidars alike.
+    pub config: Config,
+    /// Cells along one side.
+    pub side: u32,
+    /// Its layers.
+    pub layers: Layers,
+    /// Cameras.
+    pub cameras: u32,
+    /// Lidars that search for glass.
+    pub glass_lidars: u32,
+    /// Whether it is published apart from observations: it has several sensors.
+    pub apart: bool,
+}
+
+impl MapJob {
+    /// Of a camera alone.
+    pub fn of_camera(config: &Config, side: u32) -> Self {
+        let layers = Layers { cameras: true, ..Layers::default() };
+        Self { config: config.clone(), side, layers, cameras: 1, glass_lidars: 0, apart: false }
+    }
+
+    /// Of a lidar alone; `glass`: it searches for glass.
+    pub fn of_lidar(config: &Config, side: u32, glass: bool) -> Self {
+        let layers = Layers { cameras: false, lidars: true, panes: glass };
+        Self { config: config.clone(), side, layers, cameras: 0, glass_lidars: glass.into(), apart: false }
+    }
+
+    /// By which law lethal cells are inflated.
+    pub fn law(&self) -> InflationLaw {
+        self.config.inflation_law(self.layers.cameras)
+    }
+}
 
 /// What the stages of a camera are built for: configuration, and the kind and size of its images.
 #[derive(Debug, Clone, PartialEq)]
@@ -27,8 +66,12 @@ pub struct CameraJob {
     pub images: bool,
     /// Whether the grids beside the costmap are read back.
     pub layers: bool,
-    /// Cells along one side of the map.
-    pub side: u32,
+    /// The map.
+    pub map: Arc<MapJob>,
+    /// Its number among the map's sensors, from 0.
+    pub sensor: u32,
+    /// Its name among several sensors; empty where it is alone.
+    pub scope: String,
 }
 
 impl CameraJob {
@@ -52,6 +95,11 @@ impl CameraJob {
         if self.config.method == Method::Median { "depth_median_m" } else { "depth_m" }
     }
 
+    /// The buffer that holds depths that end at known panes.
+    pub fn clipped_depth(&self) -> &'static str {
+        if self.map.layers.panes { "depth_clipped_m" } else { self.depth_buffer() }
+    }
+
     /// Strips of pixels down the columns that back-projection counts in.
     pub fn strips(&self) -> u32 {
         self.depth.width * self.depth.height.div_ceil(STRIP)
@@ -69,7 +117,7 @@ impl CameraJob {
 
     /// Bytes of a buffer with `bytes` for each cell.
     pub fn grid_bytes(&self, bytes: u64) -> u64 {
-        u64::from(self.side) * u64::from(self.side) * bytes
+        u64::from(self.map.side) * u64::from(self.map.side) * bytes
     }
 
     /// Fixed-point one of weight sums: the most fraction bits with which all pixels fit in 32 bits
@@ -96,14 +144,20 @@ pub struct LidarJob {
     pub layers: bool,
     /// The grid of beams and the panes to begin with, where glass is searched for.
     pub glass: Option<Glass>,
-    /// Cells along one side of the map.
-    pub side: u32,
+    /// The map.
+    pub map: Arc<MapJob>,
+    /// Its number among the map's sensors, from 0.
+    pub sensor: u32,
+    /// Its name among several sensors; empty where it is alone.
+    pub scope: String,
+    /// Its number among the lidars that search for glass, from 0.
+    pub glass_number: u32,
 }
 
 impl LidarJob {
     /// Cells of the map.
     pub fn cells(&self) -> u32 {
-        self.side * self.side
+        self.map.side * self.map.side
     }
 
     /// Bytes of a buffer with `bytes` for each cell.

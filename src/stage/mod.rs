@@ -13,7 +13,7 @@ use std::sync::Arc;
 
 use glam::Vec4;
 
-pub use job::{CameraJob, LidarJob};
+pub use job::{CameraJob, LidarJob, MapJob};
 pub use moment::Moment;
 
 use crate::base::{Refused, Result, Rigid};

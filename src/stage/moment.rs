@@ -16,6 +16,8 @@ pub struct Moment<'a> {
     pub pose: SensorPose,
     /// The window.
     pub window: Window,
+    /// The same, moved since the observation before of the same sensor.
+    pub own_window: Window,
     /// Its geometry in the map.
     pub grid: Grid,
     /// Seconds since the observation before of the same sensor; `None` for the first.
@@ -24,6 +26,12 @@ pub struct Moment<'a> {
     pub follows: bool,
     /// Place in the map, of whole metres, from which the coordinates of kept panes count; the same for a whole run.
     pub local_origin_m: DVec3,
+    /// Tick of the observation, in hundredths of a second since the map began.
+    pub tick: u32,
+    /// The newest tick.
+    pub now: u32,
+    /// Of each sensor the tick before which its evidence is stale; `u32::MAX` for a stale sensor.
+    pub fresh_since: &'a [u32],
     /// Direction from the robot to its goal in the map's axes, of length 1; `None` at the goal.
     pub towards_goal: Option<DVec2>,
 }
@@ -35,10 +43,14 @@ impl<'a> Moment<'a> {
             observation: Some(observation),
             pose,
             window,
+            own_window: window,
             grid: window.grid(config.resolution_m, 1),
             since_last_s: None,
             follows: false,
             local_origin_m: DVec3::ZERO,
+            tick: 1,
+            now: 1,
+            fresh_since: &[],
             towards_goal: None,
         }
     }
@@ -57,6 +69,12 @@ impl<'a> Moment<'a> {
     /// [`Error::Plan`] where a stage of a lidar is asked to take something else.
     pub fn scan(&self) -> Result<&'a Scan> {
         self.observation.and_then(Observation::scan).ok_or_else(|| not_a("scan"))
+    }
+
+    /// The sensor in the map's axes, from the local origin.
+    pub fn local_from_sensor(&self) -> Rigid {
+        let map_from_sensor = self.pose.map_from_sensor();
+        Rigid { translation_m: map_from_sensor.translation_m - self.local_origin_m, ..map_from_sensor }
     }
 
     /// A pose in window coordinates: metres from the corner of cell (0, 0), and from a height in the map.

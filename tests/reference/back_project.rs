@@ -12,6 +12,8 @@ pub(crate) struct Hits {
     pub(crate) weight: f64,
     /// Highest hit above the ground, metres; 0 without hits.
     pub(crate) top_m: f64,
+    /// Lowest hit above the ground, metres; 0 without hits.
+    pub(crate) low_m: f64,
     pub(crate) floor: bool,
     /// Some point lies so near an edge that f32 may put it on the other side.
     pub(crate) doubtful: bool,
@@ -48,6 +50,7 @@ pub(crate) fn back_project(
         }
         let hits = &mut cells[cell];
         if (config.height_min_m..=config.height_max_m).contains(&point.z) {
+            hits.low_m = if hits.count == 0 { point.z } else { hits.low_m.min(point.z) };
             hits.count += 1;
             hits.weight += f64::from(weight);
             hits.top_m = hits.top_m.max(point.z);

@@ -267,6 +267,58 @@ fn the_specialised_passes_give_the_same() {
 }
 
 #[test]
+fn twin_of_the_lowest_hits() {
+    if skipped() {
+        return;
+    }
+    let scene = Scene::of(&[
+        Block::new([2.31, -3.0, 0.0], [2.5, 3.0, 2.5]),
+        Block::new([1.21, 0.11, 0.0], [1.51, 0.61, 0.35]),
+    ]);
+    let (config, camera) = (small_map(), tiny_camera());
+    let (window_from_camera, depth_m) = view(&scene, &camera, pose(0.013, 0.021, 0.3, 0.6, 0.3), 3.0);
+    let reliability: Vec<f32> = depth_m.iter().map(|&d| if d > 0.0 { 0.9 } else { 0.0 }).collect();
+    let view =
+        View { config: &config, camera, window_from_camera, depth_m: &depth_m, reliability: &reliability };
+    let lines = Invocations::line(view.groups() * 64);
+    let run = |constants: &[(&'static str, bool)]| {
+        cells(&view.fragment().constants(constants).run(BACK_PROJECT, lines))
+    };
+    let (got, want) = (run(&[("lowest", true)]), view.twin());
+    let sure: Vec<usize> = (0..want.len()).filter(|&i| !want[i].doubtful && want[i].count > 0).collect();
+    assert!(sure.len() > 50, "{}", sure.len());
+    let low: Vec<f64> = sure.iter().map(|&i| f64::from(!got[i][3] - FLOOR - 1) / 65536.0 + 0.1).collect();
+    let twin: Vec<f64> = sure.iter().map(|&i| want[i].low_m).collect();
+    assert_close("lowest", &low, &twin, HEIGHT);
+    assert!(got.iter().all(|c| (c[0] > 0) == (c[3] > 0)), "floor points are no hits");
+    let without = |cells: Vec<[u32; 4]>| cells.iter().map(|c| [c[0], c[1], c[2]]).collect::<Vec<_>>();
+    assert_eq!(without(got.clone()), without(run(&[])), "the rest stays as it is");
+    assert!(run(&[]).iter().all(|c| c[3] == 0));
+    let gated = run(&[("lowest", true), ("gated", true)]);
+    assert_eq!(without(gated), without(got), "a lidar asks for the weights of gated hits too");
+}
+
+#[test]
+fn truth_depths_to_a_pane_mark_nothing_and_reach_as_far() {
+    if skipped() {
+        return;
+    }
+    let (config, camera) = (small_map(), CameraModel { width: 4, height: 3, ..one_pixel() });
+    let (window_from_camera, _) = view(&Scene::default(), &camera, pose(0.01, 0.02, 0.0, 1.0, 0.0), 3.0);
+    let depth_m = [-2.0, -1.5, 1.0, 0.0, -0.5, -1.0, -2.0, -0.0, -3.0, -1.0, -2.0, 1.25];
+    let reliability = [1.0; 12];
+    let view =
+        View { config: &config, camera, window_from_camera, depth_m: &depth_m, reliability: &reliability };
+    for weighted in [true, false] {
+        let lines = Invocations::line(view.groups() * 64);
+        let out = view.fragment().constants(&[("weighted", weighted)]).run(BACK_PROJECT, lines);
+        assert_eq!(out.floats("strip_far_m"), [3.0, 1.5, 2.0, 1.25]);
+        assert_eq!(cells(&out).iter().map(|c| c[0]).sum::<u32>(), 2, "the pixels with depths of their own");
+        assert_eq!(counts(&out)[0], 10, "ten have depth");
+    }
+}
+
+#[test]
 fn edge_sizes() {
     if skipped() {
         return;

@@ -3,7 +3,10 @@
 use glam::DVec2;
 use limpid::config::{Config, InflationKernel};
 use limpid::gpu::Invocations;
-use limpid::stage::map::goal_inflation::{GOAL_INFLATION, GoalInflationParams, kernel};
+use limpid::map::Verdict;
+use limpid::stage::map::goal_inflation::{
+    GOAL_INFLATION, GOAL_INFLATION_OF_CAMERAS, GOAL_INFLATION_OF_LIDARS, GoalInflationParams, kernel, params,
+};
 
 use crate::reference::goal_inflation::{inflate, reaches};
 use crate::support::compare::{EXACT, assert_close, compare};
@@ -24,7 +27,8 @@ fn towards(theta: f64) -> Option<DVec2> {
 fn spread(config: &Config, theta: f64, side: usize, strength: &[u32]) -> Vec<u32> {
     let kernel = kernel(config, towards(theta));
     let (taps, inscribed) = (kernel.taps.len() as u32, kernel.inscribed as u32);
-    let params = GoalInflationParams { side: side as u32, taps, inscribed, pad: 0 };
+    let params =
+        GoalInflationParams { side: side as u32, taps, inscribed, origin_slot_x: 0, origin_slot_y: 0 };
     let out = Fragment::new()
         .params("goal_inflation_params", &params)
         .input("cell_class", &strength.iter().map(|steps| steps << 20 | 0xf_ff02).collect::<Vec<_>>())
@@ -72,7 +76,10 @@ fn edge_sizes() {
         assert!(nothing.iter().all(|&word| word == 0));
     }
     Fragment::new()
-        .params("goal_inflation_params", &GoalInflationParams { side: 1, taps: 0, inscribed: 0, pad: 0 })
+        .params(
+            "goal_inflation_params",
+            &GoalInflationParams { side: 1, taps: 0, inscribed: 0, origin_slot_x: 0, origin_slot_y: 0 },
+        )
         .input("cell_class", &[0_u32])
         .input("kernel_taps", &[0_u32])
         .changed("inflation", &[0_u32])
@@ -119,4 +126,64 @@ fn truth_adaptive_reaches_back_from_the_goal_and_never_less_than_the_robot() {
     assert!(at_goal.taps.iter().all(|[x, y]| x * x + y * y <= 4) && at_goal.taps.contains(&[0, 0]));
     let square = kernel(&config(InflationKernel::Uniform), None);
     assert_eq!(square.taps.len(), 13 * 13);
+}
+
+/// Row, cost and what the solidity layer keeps.
+fn lethal_and_other_cells(count: usize, random: &mut Random) -> Vec<(u32, u8, u32)> {
+    let mut cell = || match random.below(40) {
+        0 => (2, 254, random.below(4080) + 1),
+        1 => (3, 254, random.below(4080) + 1),
+        2 => ([1, 4, 6][random.below(3) as usize], 254, random.below(4080)),
+        3 => (7, 50, random.below(4080)),
+        4 => (11, 255, random.below(4080)),
+        _ => (8, 0, 0),
+    };
+    (0..count).map(|_| cell()).collect()
+}
+
+#[test]
+fn verdicts_are_spread_as_the_classes_of_a_scan_are() {
+    if skipped() {
+        return;
+    }
+    let (side, origin_slot) = (19_usize, [4_u32, 17]);
+    let (config, mut random) = (config(InflationKernel::Adaptive), Random(9));
+    let kernel = kernel(&config, towards(0.6));
+    let cells = lethal_and_other_cells(side * side, &mut random);
+    let verdicts: Vec<u32> =
+        cells.iter().map(|&(row, cost, _)| Verdict::pack(cost, row, Some(3), 77).0).collect();
+    let mut solid = vec![[u32::MAX; 4]; side * side];
+    for (cell, &(.., steps)) in cells.iter().enumerate() {
+        let [x, y] = [cell % side + origin_slot[0] as usize, cell / side + origin_slot[1] as usize];
+        solid[y % side * side + x % side] = [steps << 20 | 0xf_ff02, 1, 0, 0];
+    }
+    let spread = |lidars: bool| {
+        let mut fragment = Fragment::new()
+            .params("goal_inflation_params", &params(side as u32, &kernel, origin_slot))
+            .input("verdicts", &verdicts)
+            .input("kernel_taps", &kernel.packed())
+            .changed("inflation", &vec![0_u32; side * side]);
+        if lidars {
+            fragment = fragment.input("solid_cells", &solid);
+        }
+        let pass = if lidars { GOAL_INFLATION_OF_LIDARS } else { GOAL_INFLATION_OF_CAMERAS };
+        let out = fragment.run(pass, Invocations::area(side as u32, side as u32));
+        out.words("inflation")
+            .iter()
+            .flat_map(|word| [word & (u32::MAX >> 1), word >> 31])
+            .collect::<Vec<_>>()
+    };
+    let strength = |lidars: bool| -> Vec<u32> {
+        let of = |&(row, cost, steps): &(u32, u8, u32)| match (cost, row) {
+            (254, 2 | 3) if lidars => steps,
+            (254, _) => 4080,
+            _ => 0,
+        };
+        cells.iter().map(of).collect()
+    };
+    for lidars in [true, false] {
+        let want: Vec<u32> = inflate(&config, 0.6, side, &strength(lidars)).into_iter().flatten().collect();
+        assert_close("spread", &spread(lidars), &want, EXACT);
+    }
+    assert!(compare("the layers differ", &spread(true), &spread(false), EXACT).is_err());
 }

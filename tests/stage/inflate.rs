@@ -1,7 +1,8 @@
 //! Inflation against SciPy's exact distance transform, cell by cell.
 
 use limpid::Config;
-use limpid::gpu::Invocations;
+use limpid::gpu::{Invocations, ShaderSource};
+use limpid::map::Verdict;
 use limpid::stage::map::inflate::*;
 
 use crate::reference;
@@ -72,17 +73,41 @@ fn packed_bits(side: usize, state: &[u32]) -> Vec<u32> {
     bits
 }
 
-/// The three passes one after the other, each on the other's output.
+/// The three passes one after the other, each on the other's output. From states, and from verdicts that say the same.
 fn inflate(config: &Config, side: usize, state: &[u32]) -> Vec<u8> {
+    let cost = |state: &u32| match *state & 3 {
+        UNKNOWN => 255,
+        OCCUPIED => 254,
+        _ => 0,
+    };
+    let of_states = inflate_by(config, side, ("state", state), [PACK, COLUMNS]);
+    assert_eq!(of_states, inflate_verdicts(config, side, &state.iter().map(cost).collect::<Vec<_>>()));
+    of_states
+}
+
+/// From costs before inflation.
+fn inflate_verdicts(config: &Config, side: usize, costs: &[u8]) -> Vec<u8> {
+    let verdicts: Vec<u32> = costs.iter().map(|&cost| Verdict::pack(cost, 6, Some(2), 99).0).collect();
+    inflate_by(config, side, ("verdicts", &verdicts), [PACK_VERDICTS, COLUMNS_VERDICTS])
+}
+
+fn inflate_by(
+    config: &Config,
+    side: usize,
+    (name, state): (&str, &[u32]),
+    [pack, columns]: [ShaderSource; 2],
+) -> Vec<u8> {
     let row_words = side.div_ceil(32);
     let (side, words, radius) = (side as u32, row_words as u32, radius_cells(config).min(side as u32));
     let quads = side.div_ceil(4);
     let bits = Fragment::new()
         .params("inflate_pack_params", &InflatePackParams { side, words })
-        .input("state", state)
+        .input(name, state)
         .output("occupied_bits", row_words * side as usize)
-        .run(PACK, Invocations::line(side * words));
-    assert_eq!(bits.words("occupied_bits"), packed_bits(side as usize, state));
+        .run(pack, Invocations::line(side * words));
+    if name == "state" {
+        assert_eq!(bits.words("occupied_bits"), packed_bits(side as usize, state));
+    }
     let rows = Fragment::new()
         .params("inflate_rows_params", &InflateRowsParams { side, words, radius, quads })
         .input("occupied_bits", bits.words("occupied_bits"))
@@ -90,11 +115,11 @@ fn inflate(config: &Config, side: usize, state: &[u32]) -> Vec<u8> {
         .run(ROWS, Invocations::line(side * quads));
     let costs = Fragment::new()
         .params("inflate_columns_params", &InflateColumnsParams { side, radius, quads, pad: 0 })
-        .input("state", state)
+        .input(name, state)
         .input("row_distance", rows.words("row_distance"))
         .input("cost_by_squared_distance", &cost_table(config))
         .output("costmap", (side * quads) as usize)
-        .run(COLUMNS, Invocations::line(side * quads));
+        .run(columns, Invocations::line(side * quads));
     let bytes: Vec<u8> = costs.words("costmap").iter().flat_map(|w| w.to_le_bytes()).collect();
     bytes.chunks_exact(4 * quads as usize).flat_map(|row| row[..side as usize].to_vec()).collect()
 }
@@ -178,4 +203,21 @@ fn poison_states() {
     assert_eq!(inflate(&config, 9, &state), [0; 81], "what is no state is no obstacle");
     state[40] = OCCUPIED;
     assert_eq!(inflate(&config, 9, &state)[40], 254);
+}
+
+#[test]
+fn truth_passable_cells_keep_their_cost_where_nothing_near_costs_more() {
+    if skipped() {
+        return;
+    }
+    let config = Config { map_size_m: 0.45, inflation_radius_m: 0.2, ..Config::default() };
+    let mut costs = [50; 81];
+    costs[40] = 254;
+    let got = inflate_verdicts(&config, 9, &costs);
+    let along: Vec<u8> = got[36..45].to_vec();
+    // 252 exp(-10 (0.15 - 0.1)) = 152, 252 exp(-1) = 92; beyond the radius the passable cost is left.
+    assert_eq!(along, [92, 152, 253, 253, 254, 253, 253, 152, 92]);
+    assert_eq!((got[0], got[8]), (50, 50));
+    costs[36] = 255;
+    assert_eq!(inflate_verdicts(&config, 9, &costs)[36], 255, "unknown is overwritten only from 253 up");
 }

@@ -13,7 +13,7 @@ const SECTORS: usize = 720;
 const STEP: Tolerance = Tolerance { absolute: 1.0, reason: "f32 against f64 at the half of a step" };
 const LIMITS: Limits = Limits { gamma: 0.5, transparent: 0.1, min_returns: 2 };
 
-fn params(side: usize) -> IntensityClassesParams {
+pub(super) fn params(side: usize) -> IntensityClassesParams {
     let mut heights = [Vec4::splat(0.5); 5];
     heights[0] = Vec4::new(-0.5, 0.0, 0.5, 0.5);
     IntensityClassesParams {

@@ -20,7 +20,7 @@ const RINGS: [u16; 2] = [3, 2];
 const SECTORS: usize = 720;
 
 /// Three tall layers, from 1 m below the lidar to 1 m above it.
-fn params(points: usize) -> IntensityLayersParams {
+pub(super) fn params(points: usize) -> IntensityLayersParams {
     let mut heights = [Vec4::splat(1.0); 5];
     heights[0] = Vec4::new(-1.0, 0.0, 0.5, 1.0);
     IntensityLayersParams {

@@ -2,10 +2,12 @@
 
 mod align_color;
 mod back_project;
+mod cell_marks;
 mod drm;
 mod glass;
 mod glass_labels;
 mod glass_search;
+mod goal_costs;
 mod goal_inflation;
 mod inflate;
 mod ingest;
@@ -13,9 +15,11 @@ mod intensity_classes;
 mod intensity_layers;
 mod move_window;
 mod pane_cells;
-mod plan_map;
+mod pane_clip;
 mod register_color;
+mod rule;
 mod see_through;
+mod solid_cells;
 mod spatial_median;
 mod tally;
 mod targets;

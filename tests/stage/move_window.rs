@@ -3,7 +3,8 @@
 use limpid::Config;
 use limpid::gpu::Invocations;
 use limpid::map::Window;
-use limpid::stage::map::move_window::{MOVE_WINDOW, MoveWindowParams};
+use limpid::stage::map::layers::Layers;
+use limpid::stage::map::move_window::{MOVE_WINDOW, MoveWindowParams, params, shader};
 
 use crate::reference::move_window::Kept;
 use crate::support::gpu::{Fragment, SENTINEL, skipped};
@@ -143,4 +144,48 @@ fn poison_in_the_ring_is_kept_or_forgotten_but_not_read() {
     assert_eq!(after.iter().filter(|cell| **cell == [0; 4]).count(), 9 * 4);
     let huge = window([i64::MAX - 9, i64::MIN], [0, 0]);
     assert_eq!(moved(SIDE, huge, &before), before);
+}
+
+#[test]
+fn all_layers_of_a_map_move_alike() {
+    if skipped() {
+        return;
+    }
+    let window = window([-3, 14], [1, -2]);
+    let mut random = Random(12);
+    for bits in 1..8_u32 {
+        let layers = Layers { cameras: bits & 1 != 0, lidars: bits & 2 != 0, panes: bits & 4 != 0 };
+        let before: Vec<(&str, Vec<u32>)> = layers
+            .buffers()
+            .map(|(name, bytes)| {
+                let words = (SIDE * SIDE) as usize * bytes as usize / 4;
+                (name, (0..words).map(|_| random.next() as u32 | 1).collect())
+            })
+            .collect();
+        for frame in [true, false] {
+            let mut fragment = Fragment::new().params("move_window_params", &params(&window, SIDE));
+            for (name, words) in &before {
+                fragment = fragment.changed(name, words);
+            }
+            if frame {
+                let cells = (SIDE * SIDE) as usize;
+                fragment = fragment
+                    .output("cell_hits", 4 * cells)
+                    .output("seen_through", cells)
+                    .output("counters", 8);
+            }
+            let out = fragment.run(shader(layers, frame), Invocations::area(SIDE, SIDE));
+            for (name, words) in &before {
+                let each = words.len() / (SIDE * SIDE) as usize;
+                for (x, y) in (0..9).flat_map(|y| (0..9).map(move |x| (x, y))) {
+                    let at = each * slot(SIDE, [x - 3, y + 14]);
+                    let stays = x < 8 && y >= 2;
+                    let want = if stays { words[at..at + each].to_vec() } else { vec![0; each] };
+                    assert_eq!(out.words(name)[at..at + each], want, "{name} at ({x}, {y})");
+                }
+            }
+            let sums = ["cell_hits", "seen_through", "counters"];
+            assert!(!frame || sums.iter().flat_map(|name| out.words(name)).all(|&word| word == 0));
+        }
+    }
 }

@@ -1,11 +1,16 @@
 //! Panes as cells of the map.
 
-use glam::{DVec2, DVec3, Vec4};
+use bytemuck::{cast_slice, pod_read_unaligned};
+use glam::{DQuat, DVec2, DVec3, Vec4};
+use limpid::base::Rigid;
 use limpid::gpu::Invocations;
 use limpid::map::Pane;
-use limpid::stage::glass::pane_cells::{PANE_CELLS, PaneCellsParams};
+use limpid::stage::glass::pane_cells::{
+    GlassLidar, PANE_CELLS, PANE_LAYER, PaneCellsParams, SHARE_PANES, layer_params, share_params,
+};
 
 use crate::reference::pane_cells::{Corners, marks};
+use crate::support::compare::{Tolerance, assert_close};
 use crate::support::gpu::{Fragment, skipped};
 use crate::support::random::Random;
 
@@ -30,7 +35,7 @@ fn params(side: usize, band_m: Option<[f64; 2]>) -> PaneCellsParams {
     }
 }
 
-fn pane(corners: &Corners) -> Pane {
+pub(super) fn pane(corners: &Corners) -> Pane {
     let (along, up) = (corners.low_right - corners.low_left, corners.high_left - corners.low_left);
     let (u, normal) = (along.normalize(), along.cross(up).normalize());
     let v = normal.cross(u);
@@ -45,16 +50,21 @@ fn pane(corners: &Corners) -> Pane {
     }
 }
 
-/// Cells of glass, row by row.
-fn run(params: &PaneCellsParams, panes: &[Pane]) -> Vec<bool> {
-    let cells = (params.side * params.side) as usize;
+/// The panes as a scan's passes leave them.
+fn list_of(panes: &[Pane]) -> Vec<u32> {
     let mut words = vec![panes.len() as u32, 0, 0, 0];
     let mut list = panes.to_vec();
     list.resize(KEPT, Pane::default());
-    words.extend_from_slice(bytemuck::cast_slice(&list));
+    words.extend_from_slice(cast_slice(&list));
+    words
+}
+
+/// Cells of glass, row by row.
+fn run(params: &PaneCellsParams, panes: &[Pane]) -> Vec<bool> {
+    let cells = (params.side * params.side) as usize;
     let out = Fragment::new()
         .params("pane_cells_params", params)
-        .input("panes", &words)
+        .input("panes", &list_of(panes))
         .changed("cell_class", &vec![1_u32; cells])
         .run(PANE_CELLS, Invocations::area(params.side, params.side));
     out.words("cell_class").iter().map(|word| word & 0xff == TRANSPARENT).collect()
@@ -101,7 +111,7 @@ fn twin_on_panes_that_lean_at_all_sizes() {
         for _ in 0..8 {
             let size = side as f64 * CELL_M;
             let mut share = || f64::from(random.below(1000)) / 1000.0;
-            let low_left = DVec3::new(size * share(), size * share(), 8.0 * share() - 5.0);
+            let low_left = DVec3::new(size * share(), size * share(), 5.0 * share() - 3.5);
             let along = DVec3::new(size * (share() - 0.5), size * (share() - 0.5), 0.0);
             let across = DVec3::new(-along.y, along.x, 0.0).normalize_or(DVec3::X);
             let up = DVec3::Z * (0.5 + 2.0 * share()) + across * 0.6 * (share() - 0.5);
@@ -138,4 +148,142 @@ fn poison_marks_nothing() {
     let band_m = Some([-0.9, 1.0]);
     assert!(run(&params(9, band_m), &[none, lies, nowhere, endless]).iter().all(|cell| !cell));
     assert!(run(&params(9, band_m), &[none, good]).iter().any(|cell| *cell), "the control");
+}
+
+const ORIGIN_SLOT: [u32; 2] = [5, 3];
+
+/// The layer after a scan of `lidar` at which `map_panes` holds `shared`, slot by slot.
+fn layer(
+    before: &[[u32; 2]],
+    tick: u32,
+    lidar: GlassLidar,
+    panes: &[Pane],
+    shared: &[Pane],
+) -> Vec<[u32; 2]> {
+    let side = before.len().isqrt();
+    let params = params(side, None);
+    let out = Fragment::new()
+        .params("pane_cells_params", &params)
+        .params("pane_layer_params", &layer_params(tick, lidar, ORIGIN_SLOT.map(|slot| slot % side as u32)))
+        .input("panes", &list_of(panes))
+        .input("map_panes", shared)
+        .changed("pane_records", before)
+        .run(PANE_LAYER, Invocations::area(side as u32, side as u32));
+    cast_slice(out.words("pane_records")).to_vec()
+}
+
+/// As window cells, row by row.
+fn in_window(ring: &[[u32; 2]]) -> Vec<[u32; 2]> {
+    let side = ring.len().isqrt();
+    let [x0, y0] = ORIGIN_SLOT.map(|slot| slot as usize);
+    (0..ring.len()).map(|at| ring[(at / side + y0) % side * side + (at % side + x0) % side]).collect()
+}
+
+/// Two lidars' worth of panes in the map, those of the second last; `found` is the tick in all of them.
+fn shared(number: u32, panes: &[Pane], found: u32) -> Vec<Pane> {
+    let mut all = vec![Pane::default(); 2 * KEPT];
+    panes
+        .iter()
+        .enumerate()
+        .for_each(|(k, pane)| all[number as usize * KEPT + k] = Pane { age: found, ..*pane });
+    all
+}
+
+const FRONT: GlassLidar = GlassLidar { sensor: 4, number: 1 };
+
+#[test]
+fn the_layer_marks_what_the_scan_s_classes_do_and_clears_its_own() {
+    if skipped() {
+        return;
+    }
+    let side = 9;
+    let panes = [pane(&upright(side, -0.5, 0.5))];
+    let nothing = vec![[0, 0]; side * side];
+    let marked = layer(&nothing, 70, FRONT, &panes, &shared(1, &panes, 60));
+    let want: Vec<[u32; 2]> = run(&params(side, None), &panes)
+        .iter()
+        .map(|&glass| if glass { [1 | 5 << 24, 60] } else { [0, 0] })
+        .collect();
+    assert!(want.iter().any(|record| record[1] == 60), "the pane crosses cells");
+    assert_eq!(in_window(&marked), want);
+    assert_eq!(layer(&marked, 80, FRONT, &[], &shared(1, &[], 0)), nothing, "it went");
+    let rear = GlassLidar { sensor: 0, number: 0 };
+    assert_eq!(layer(&marked, 80, rear, &[], &shared(0, &[], 0)), marked, "what another saw stays");
+    let mine = layer(&marked, 80, rear, &panes, &shared(0, &panes, 80));
+    assert!(
+        mine.iter().zip(&marked).all(|(now, was)| was[1] == 0 && now[1] == 0 || *now == [1 | 1 << 24, 80])
+    );
+    assert_eq!(layer(&marked, 80, rear, &panes, &shared(0, &panes, 59)), marked, "found before it");
+}
+
+#[test]
+fn the_layer_at_edge_sizes_and_with_poison() {
+    if skipped() {
+        return;
+    }
+    for side in [1, 7, 8, 17] {
+        let panes = [Pane { id: 3, ..pane(&upright(side, -0.5, 0.5)) }];
+        let nothing = vec![[0, 0]; side * side];
+        let params = layer(&nothing, 9, FRONT, &panes, &shared(1, &panes, 9));
+        let count = run(&self::params(side, None), &panes).iter().filter(|glass| **glass).count();
+        assert_eq!(params.iter().filter(|record| **record == [3 | 5 << 24, 9]).count(), count, "side {side}");
+        let nowhere = [Pane { normal: Vec4::NAN, ..panes[0] }, Pane { id: 0, ..panes[0] }];
+        assert_eq!(layer(&nothing, 9, FRONT, &nowhere, &shared(1, &nowhere, 9)), nothing);
+    }
+}
+
+/// `map_panes` after a scan of the second lidar.
+fn share(before: &[Pane], tick: u32, local_from_lidar: Rigid, panes: &[Pane]) -> Vec<Pane> {
+    let out = Fragment::new()
+        .params("share_panes_params", &share_params(tick, FRONT, local_from_lidar))
+        .input("panes", &list_of(panes))
+        .changed("map_panes", before)
+        .run(SHARE_PANES, Invocations::line(KEPT as u32));
+    cast_slice::<u32, u8>(out.words("map_panes")).chunks_exact(64).map(pod_read_unaligned).collect()
+}
+
+const MOVED: Tolerance =
+    Tolerance { absolute: 2e-5, reason: "f32 at ten metres, and a handful of operations" };
+
+#[test]
+fn twin_of_panes_in_the_map() {
+    if skipped() {
+        return;
+    }
+    let turn = DQuat::from_euler(glam::EulerRot::ZYX, 2.1, 0.1, -0.05);
+    let local_from_lidar = Rigid { rotation: turn, translation_m: DVec3::new(3.0, -7.0, 0.4) };
+    let panes: Vec<Pane> =
+        (0..5).map(|k| Pane { id: k + 7, hits: 3, ..pane(&upright(9 + k as usize, -0.5, 0.5)) }).collect();
+    let got = share(&[Pane::default(); 2 * KEPT], 44, local_from_lidar, &panes);
+    for (k, got) in got.iter().enumerate() {
+        let Some(pane) = k.checked_sub(KEPT).and_then(|k| panes.get(k)) else {
+            assert_eq!(got.id, 0, "pane {k}");
+            continue;
+        };
+        let want = pane.moved(local_from_lidar);
+        let numbers = |pane: &Pane| [pane.normal, pane.level, pane.extent_m].map(|v| v.to_array()).concat();
+        assert_close("pane", &numbers(got), &numbers(&want), MOVED);
+        assert_eq!((got.id, got.hits, got.age), (want.id, 3, 44));
+    }
+}
+
+#[test]
+fn truth_a_pane_keeps_the_tick_at_which_it_was_last_found() {
+    if skipped() {
+        return;
+    }
+    let seen = [Pane { hits: 3, ..pane(&upright(9, -0.5, 0.5)) }];
+    let after = |before: &[Pane], tick, panes: &[Pane]| share(before, tick, Rigid::IDENTITY, panes);
+    let first = after(&[Pane::default(); 2 * KEPT], 10, &seen);
+    assert_eq!(first[KEPT].age, 10);
+    let kept = after(&first, 20, &seen);
+    assert_eq!(kept[KEPT].age, 10, "kept, and not found");
+    let found = [Pane { hits: 4, ..seen[0] }];
+    assert_eq!(after(&kept, 30, &found)[KEPT].age, 30);
+    let other = [Pane { id: 2, ..seen[0] }];
+    assert_eq!(after(&kept, 30, &other)[KEPT].age, 30, "another in its place");
+    assert_eq!(after(&kept, 30, &[])[KEPT].id, 0);
+    let mut of_rear = [Pane::default(); 2 * KEPT];
+    of_rear[3] = seen[0];
+    assert_eq!(after(&of_rear, 30, &seen)[3], seen[0], "another lidar's stay");
 }

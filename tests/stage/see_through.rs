@@ -336,3 +336,35 @@ fn the_reference_itself() {
     assert!(!crosses(1.95, -0.05) && !crosses(2.5, -0.05), "behind its end");
     assert!(!crosses(1.0, 0.01) && !crosses(-1.0, -0.05), "beside and behind the camera");
 }
+
+#[test]
+fn depths_to_a_pane_clear_as_far_as_those_to_a_wall() {
+    if skipped() {
+        return;
+    }
+    let scene = Scene::of(&[Block::new([2.31, -3.0, 0.0], [2.5, 3.0, 2.5])]);
+    let wall = View::of(&scene, tiny_camera(), 0.3, 0.6, 0.3);
+    let pane = View {
+        depth_m: wall.depth_m.iter().map(|depth| -depth).collect(),
+        reliability: wall.reliability.clone(),
+        ..View::of(&scene, tiny_camera(), 0.3, 0.6, 0.3)
+    };
+    let hits = vec![[0_u32; 4]; wall.side() * wall.side()];
+    let area = Invocations::area(wall.side() as u32, wall.side() as u32);
+    let around = wall.around();
+    let seen = |view: &View| {
+        let (params, cells) = (view.params(), view.side() * view.side());
+        let out = Fragment::new()
+            .params("see_through_gather_params", &params)
+            .input("depth_m", &view.depth_m)
+            .input("reliability", &view.reliability)
+            .input("cells", &vec![[0_u32; 4]; cells])
+            .input("cell_hits", &hits)
+            .input("around_far_m", &around)
+            .changed("seen_through", &vec![0_u32; cells])
+            .run(GATHER, area);
+        out.words("seen_through").to_vec()
+    };
+    assert!(seen(&wall).iter().sum::<u32>() > 300);
+    assert_eq!(seen(&pane), seen(&wall));
+}

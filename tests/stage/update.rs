@@ -14,9 +14,9 @@ const OCCUPANCY: Tolerance =
     Tolerance { absolute: 1e-6, reason: "f32 against f64: an error of 6e-8 a frame, forgotten by lambda" };
 
 /// Fixed-point one; a power of two, as the job gives it.
-const SCALE: u32 = 4096;
+pub(super) const SCALE: u32 = 4096;
 
-fn params(config: &Config, side: u32, origin_slot: [u32; 2]) -> UpdateParams {
+pub(super) fn params(config: &Config, side: u32, origin_slot: [u32; 2]) -> UpdateParams {
     let temporal = config.method == Method::Temporal;
     UpdateParams {
         side,

@@ -1,11 +1,13 @@
 //! A small camera and map for tests of single passes.
 
+use std::sync::Arc;
+
 use glam::DVec3;
 use limpid::Config;
 use limpid::base::Rigid;
 use limpid::sensor::FramePose;
 use limpid::sensor::{CameraModel, Distortion};
-use limpid::stage::CameraJob;
+use limpid::stage::{CameraJob, MapJob};
 
 use crate::support::scene::Scene;
 
@@ -29,7 +31,9 @@ pub(crate) fn small_map() -> Config {
 
 pub(crate) fn job(config: &Config, depth: CameraModel) -> CameraJob {
     CameraJob {
-        side: config.cells_per_side().unwrap(),
+        map: Arc::new(MapJob::of_camera(config, config.cells_per_side().unwrap())),
+        sensor: 0,
+        scope: String::new(),
         config: config.clone(),
         depth,
         float_depth: true,

@@ -24,7 +24,7 @@ use crate::stage::camera::drm::{ResizeParams, resize};
 use crate::stage::camera::ingest::{INGEST, Ingest};
 use crate::stage::camera::register_color::REGISTER_COLOR;
 use crate::stage::targets::{REACH, Rule, SLOTS, Targets, View};
-use crate::stage::{CameraJob, Moment, Stage, color_stage, single};
+use crate::stage::{CameraJob, MapJob, Moment, Stage, color_stage, single};
 
 /// Metres that the network's depth is divided by (spec 1 §1).
 const DEPTH_SCALE_M: f64 = 10.0;
@@ -72,7 +72,9 @@ impl Maker {
             drm: None,
             images: true,
             layers: false,
-            side: config.cells_per_side()?,
+            map: Arc::new(MapJob::of_camera(&config, config.cells_per_side()?)),
+            sensor: 0,
+            scope: String::new(),
             config,
         });
         let color = color_stage(&job);

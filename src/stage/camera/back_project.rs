@@ -89,6 +89,26 @@ pub fn rays(camera: &CameraModel) -> Vec<u8> {
     cast_slice(&all).to_vec()
 }
 
+/// Declares what the pass leaves for those after it, and appends it over the depths in the buffer `depth`; `lowest`: whether
+/// the lowest hit of each cell is kept.
+///
+/// # Errors
+/// From the plan.
+pub fn declare(plan: &mut Plan, job: &CameraJob, depth: &str, lowest: bool) -> Result<()> {
+    plan.uniform::<BackProjectParams>("back_project_params")?;
+    plan.scratch("strip_counts", u64::from(job.strips()) * 4)?;
+    let tiles_y = u64::from(job.depth.height.div_ceil(TILE));
+    plan.scratch("strip_far_m", u64::from(job.depth.width) * tiles_y * 4)?;
+    let [groups_x, groups_y] = groups(&job.depth);
+    plan.step(BACK_PROJECT, Invocations::line(groups_x * groups_y * GROUP), &[("depth_m", depth)])?;
+    plan.with(&[
+        ("distorted", job.depth.distortion != Distortion::None),
+        ("weighted", job.weighted()),
+        ("gated", job.gated()),
+        ("lowest", lowest),
+    ])
+}
+
 /// The stage.
 #[derive(Debug)]
 pub struct BackProject {
@@ -98,19 +118,7 @@ pub struct BackProject {
 
 impl Stage for BackProject {
     fn append(&self, plan: &mut Plan) -> Result<()> {
-        let job = &*self.job;
-        plan.uniform::<BackProjectParams>("back_project_params")?;
-        plan.scratch("strip_counts", u64::from(job.strips()) * 4)?;
-        let tiles_y = u64::from(job.depth.height.div_ceil(TILE));
-        plan.scratch("strip_far_m", u64::from(job.depth.width) * tiles_y * 4)?;
-        let [groups_x, groups_y] = groups(&job.depth);
-        let invocations = Invocations::line(groups_x * groups_y * GROUP);
-        plan.step(BACK_PROJECT, invocations, &[("depth_m", job.depth_buffer())])?;
-        plan.with(&[
-            ("distorted", job.depth.distortion != Distortion::None),
-            ("weighted", job.weighted()),
-            ("gated", job.gated()),
-        ])
+        declare(plan, &self.job, self.job.clipped_depth(), self.job.map.layers.lidars)
     }
 
     fn write(&self, moment: &Moment<'_>, input: &mut FrameInput<'_>) -> Result<()> {
@@ -125,7 +133,7 @@ impl Stage for BackProject {
             window_from_camera_z: z,
             width: job.depth.width,
             height: job.depth.height,
-            side: job.side,
+            side: job.map.side,
             resolution_m: single(config.resolution_m),
             mark_range_m: single(config.mark_range_m),
             height_min_m: single(config.height_min_m),

@@ -2,8 +2,10 @@
 
 pub mod align_color;
 pub mod back_project;
+pub mod cell_marks;
 pub mod drm;
 pub mod ingest;
+pub mod pane_clip;
 pub mod register_color;
 pub mod see_through;
 pub mod spatial_median;

@@ -164,21 +164,27 @@ impl SeeThrough {
     }
 }
 
+/// Declares the tiles and appends the three passes, the last over the depths in the buffer `depth`.
+///
+/// # Errors
+/// From the plan.
+pub fn declare(plan: &mut Plan, job: &CameraJob, depth: &str) -> Result<()> {
+    let [tiles_x, tiles_y] = tiles(&job.depth);
+    plan.uniform::<SeeThroughTilesParams>("see_through_tiles_params")?;
+    plan.uniform::<SeeThroughGatherParams>("see_through_gather_params")?;
+    plan.uniform::<SeeThroughAroundParams>("see_through_around_params")?;
+    for tiles in ["tile_far_m", "around_far_m"] {
+        plan.scratch(tiles, u64::from(tiles_x) * u64::from(tiles_y) * 4)?;
+    }
+    plan.step(TILES, Invocations::area(tiles_x, tiles_y), &[])?;
+    plan.step(AROUND, Invocations::area(tiles_x, tiles_y), &[])?;
+    plan.step(GATHER, Invocations::area(job.map.side, job.map.side), &[("depth_m", depth)])?;
+    plan.with(&[("weighted", job.weighted())])
+}
+
 impl Stage for SeeThrough {
     fn append(&self, plan: &mut Plan) -> Result<()> {
-        let job = &*self.job;
-        let [tiles_x, tiles_y] = tiles(&job.depth);
-        plan.uniform::<SeeThroughTilesParams>("see_through_tiles_params")?;
-        plan.uniform::<SeeThroughGatherParams>("see_through_gather_params")?;
-        plan.uniform::<SeeThroughAroundParams>("see_through_around_params")?;
-        for tiles in ["tile_far_m", "around_far_m"] {
-            plan.scratch(tiles, u64::from(tiles_x) * u64::from(tiles_y) * 4)?;
-        }
-        let depth = &[("depth_m", job.depth_buffer())];
-        plan.step(TILES, Invocations::area(tiles_x, tiles_y), &[])?;
-        plan.step(AROUND, Invocations::area(tiles_x, tiles_y), &[])?;
-        plan.step(GATHER, Invocations::area(job.side, job.side), depth)?;
-        plan.with(&[("weighted", job.weighted())])
+        declare(plan, &self.job, self.job.clipped_depth())
     }
 
     fn write(&self, moment: &Moment<'_>, input: &mut FrameInput<'_>) -> Result<()> {
@@ -187,9 +193,9 @@ impl Stage for SeeThrough {
         let [x, y, z] = rows(window_from_camera.inverse());
         let [lens_a, lens_b] = lens(&job.depth);
         let [focal_px, centre_px] = pinhole(&job.depth);
-        let [origin_slot_x, origin_slot_y] = moment.window.origin_slot(job.side);
+        let [origin_slot_x, origin_slot_y] = moment.window.origin_slot(job.map.side);
         let [first_x, first_y, width, height] =
-            view::cells_in_view(self.field, window_from_camera, config, job.side);
+            view::cells_in_view(self.field, window_from_camera, config, job.map.side);
         input.limit(GATHER.name, Invocations::area(width, height))?;
         let params = SeeThroughGatherParams {
             camera_from_window_x: x,
@@ -204,7 +210,7 @@ impl Stage for SeeThrough {
             camera_xy_m: window_from_camera.translation_m.truncate().as_vec2(),
             width: job.depth.width,
             height: job.depth.height,
-            side: job.side,
+            side: job.map.side,
             origin_slot_x,
             origin_slot_y,
             min_hits: config.min_hits,

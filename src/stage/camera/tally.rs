@@ -51,7 +51,7 @@ impl Stage for Tally {
         let job = &self.job;
         let params = TallyParams {
             strips: job.strips(),
-            cells: job.side * job.side,
+            cells: job.map.side * job.map.side,
             invocations: INVOCATIONS,
             pad: 0,
         };

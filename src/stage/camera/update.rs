@@ -5,6 +5,7 @@ use std::sync::Arc;
 use crate::base::Result;
 use crate::config::Method;
 use crate::gpu::{FrameInput, Invocations, Plan, ShaderSource};
+use crate::stage::camera::cell_marks;
 use crate::stage::{CameraJob, Moment, Stage, single};
 
 /// The pass.
@@ -14,12 +15,13 @@ pub const UPDATE: ShaderSource = ShaderSource {
         include_str!("../../../shaders/lib/cell.wgsl"),
         include_str!("../../../shaders/lib/slot.wgsl"),
         include_str!("../../../shaders/lib/weight.wgsl"),
+        include_str!("../../../shaders/lib/marks/none.wgsl"),
         include_str!("../../../shaders/update.wgsl"),
     ],
 };
 
 /// Frame rate for which lambda is stated (spec 1 §3).
-const NOMINAL_RATE_HZ: f64 = 30.0;
+pub(super) const NOMINAL_RATE_HZ: f64 = 30.0;
 
 crate::params! {
     /// Parameters of `update`.
@@ -51,7 +53,37 @@ crate::params! {
     }
 }
 
-/// The stage.
+/// Declares the grids of a frame and appends the given text of the pass.
+pub(super) fn append(plan: &mut Plan, job: &CameraJob, pass: ShaderSource) -> Result<()> {
+    plan.uniform::<UpdateParams>("update_params")?;
+    for grid in ["evidence", "occupancy", "state"] {
+        plan.product(grid, job.grid_bytes(4))?;
+    }
+    plan.step(pass, Invocations::area(job.map.side, job.map.side), &[])?;
+    plan.with(&[("weighted", job.weighted()), ("gated", job.gated())])
+}
+
+/// The parameters of a frame with that share of the old occupancy kept.
+pub fn params(job: &CameraJob, [origin_slot_x, origin_slot_y]: [u32; 2], lambda: f64) -> UpdateParams {
+    let config = &job.config;
+    let temporal = config.method == Method::Temporal;
+    UpdateParams {
+        side: job.map.side,
+        origin_slot_x,
+        origin_slot_y,
+        min_hits: config.min_hits,
+        confirmations: config.confirmations,
+        temporal_window: if temporal { config.temporal_window } else { 1 },
+        temporal_hits: if temporal { config.temporal_hits } else { 1 },
+        lambda: single(lambda),
+        occupied_threshold: single(config.occupied_threshold),
+        free_threshold: single(config.free_threshold),
+        weight_scale: job.weight_scale(),
+        pad: 0,
+    }
+}
+
+/// The stage, with the layer that it keeps ([`cell_marks`]).
 #[derive(Debug)]
 pub struct Update {
     /// What it is built for.
@@ -60,37 +92,13 @@ pub struct Update {
 
 impl Stage for Update {
     fn append(&self, plan: &mut Plan) -> Result<()> {
-        let job = &*self.job;
-        plan.uniform::<UpdateParams>("update_params")?;
-        for grid in ["evidence", "occupancy", "state"] {
-            plan.product(grid, job.grid_bytes(4))?;
-        }
-        plan.step(UPDATE, Invocations::area(job.side, job.side), &[])?;
-        plan.with(&[("weighted", job.weighted()), ("gated", job.gated())])
+        let timed = self.job.config.rate_independent || self.job.map.cameras > 1;
+        cell_marks::declare(plan, &self.job, timed, self.job.map.layers.lidars)
     }
 
     fn write(&self, moment: &Moment<'_>, input: &mut FrameInput<'_>) -> Result<()> {
-        let (job, config) = (&self.job, &self.job.config);
-        let [origin_slot_x, origin_slot_y] = moment.window.origin_slot(job.side);
-        let temporal = config.method == Method::Temporal;
-        let lambda = match moment.since_last_s {
-            Some(dt_s) if config.rate_independent => config.lambda.powf(dt_s * NOMINAL_RATE_HZ),
-            _ => config.lambda,
-        };
-        let params = UpdateParams {
-            side: job.side,
-            origin_slot_x,
-            origin_slot_y,
-            min_hits: config.min_hits,
-            confirmations: config.confirmations,
-            temporal_window: if temporal { config.temporal_window } else { 1 },
-            temporal_hits: if temporal { config.temporal_hits } else { 1 },
-            lambda: single(lambda),
-            occupied_threshold: single(config.occupied_threshold),
-            free_threshold: single(config.free_threshold),
-            weight_scale: job.weight_scale(),
-            pad: 0,
-        };
-        input.set("update_params", &params)
+        let (job, lambda) = (&self.job, self.job.config.lambda);
+        input.set("update_params", &params(job, moment.window.origin_slot(job.map.side), lambda))?;
+        input.set("cell_marks_params", &cell_marks::params(moment.tick, job.sensor, lambda))
     }
 }

@@ -7,8 +7,8 @@ use glam::{Vec2, Vec4};
 use crate::base::Result;
 use crate::config::LayerMeasure;
 use crate::gpu::{FrameInput, Invocations, Plan, ShaderSource};
-use crate::stage::lidar::Placed;
 use crate::stage::lidar::intensity_layers::{HEIGHTS, heights};
+use crate::stage::lidar::{Placed, solid_cells};
 use crate::stage::{LidarJob, Moment, Stage, single};
 
 /// The pass.
@@ -17,6 +17,7 @@ pub const INTENSITY_CLASSES: ShaderSource = ShaderSource {
     parts: &[
         include_str!("../../../shaders/lib/scan.wgsl"),
         include_str!("../../../shaders/lib/slot.wgsl"),
+        include_str!("../../../shaders/lib/solid/of_scan.wgsl"),
         include_str!("../../../shaders/intensity_classes.wgsl"),
     ],
 };
@@ -97,14 +98,14 @@ fn keep_share(decay_s: f64, moment: &Moment<'_>) -> Result<f64> {
 /// The parameters of one scan.
 pub fn params(job: &LidarJob, moment: &Moment<'_>) -> Result<IntensityClassesParams> {
     let config = &job.config;
-    let [origin_slot_x, origin_slot_y] = moment.window.origin_slot(job.side);
-    let [shift_x, shift_y] = moment.window.shift;
+    let [origin_slot_x, origin_slot_y] = moment.window.origin_slot(job.map.side);
+    let [shift_x, shift_y] = moment.own_window.shift;
     let per_rad = |step_deg: f64| single(1.0 / step_deg.to_radians().max(1e-9));
     let [low, high] = config.elevation_range_deg.map(|deg| single(deg.to_radians()));
     Ok(IntensityClassesParams {
         heights: heights(job),
         lidar: Placed::of(moment, job.deskew).lidar_in_window_m.as_vec2(),
-        side: job.side,
+        side: job.map.side,
         tall: job.tall_layers(),
         origin_slot_x,
         origin_slot_y,
@@ -120,12 +121,28 @@ pub fn params(job: &LidarJob, moment: &Moment<'_>) -> Result<IntensityClassesPar
         elevation_high: high,
         shift_x,
         shift_y,
-        forget: u32::from(moment.window.forget),
+        forget: u32::from(moment.own_window.forget),
         pad: 0,
     })
 }
 
-/// The stage.
+/// Declares the buffers that all texts of the pass use, and appends the given one.
+pub(super) fn append(plan: &mut Plan, job: &LidarJob, pass: ShaderSource) -> Result<()> {
+    plan.uniform::<IntensityClassesParams>("intensity_classes_params")?;
+    plan.product("obstacle_value", job.grid_bytes(4))?;
+    plan.state("remembered", job.grid_bytes(4))?;
+    plan.product("layer_values", job.grid_bytes(4 * u64::from(job.layer_count())))?;
+    plan.step(pass, Invocations::area(job.map.side, job.map.side), &[])?;
+    let measure = match job.config.layer_measure {
+        LayerMeasure::Sum => 0_u32,
+        LayerMeasure::Mean => 1,
+        LayerMeasure::Expected => 2,
+    };
+    plan.with(&[("measure", measure)])?;
+    plan.with(&[("clearing", job.config.transparent_clear > 0.0), ("keep_layers", job.layers)])
+}
+
+/// The stage, with the layer that it keeps ([`solid_cells`]).
 #[derive(Debug)]
 pub struct IntensityClasses {
     /// What it is built for.
@@ -134,23 +151,12 @@ pub struct IntensityClasses {
 
 impl Stage for IntensityClasses {
     fn append(&self, plan: &mut Plan) -> Result<()> {
-        let job = &*self.job;
-        plan.uniform::<IntensityClassesParams>("intensity_classes_params")?;
-        plan.scratch("cell_class", job.grid_bytes(4))?;
-        plan.product("obstacle_value", job.grid_bytes(4))?;
-        plan.state("remembered", job.grid_bytes(4))?;
-        plan.product("layer_values", job.grid_bytes(4 * u64::from(job.layer_count())))?;
-        plan.step(INTENSITY_CLASSES, Invocations::area(job.side, job.side), &[])?;
-        let measure = match job.config.layer_measure {
-            LayerMeasure::Sum => 0_u32,
-            LayerMeasure::Mean => 1,
-            LayerMeasure::Expected => 2,
-        };
-        plan.with(&[("measure", measure)])?;
-        plan.with(&[("clearing", job.config.transparent_clear > 0.0), ("keep_layers", job.layers)])
+        solid_cells::declare(plan, &self.job, self.job.map.layers.cameras)
     }
 
     fn write(&self, moment: &Moment<'_>, input: &mut FrameInput<'_>) -> Result<()> {
-        input.set("intensity_classes_params", &params(&self.job, moment)?)
+        let height_m = moment.pose.map_from_sensor().translation_m.z - self.job.config.ground_z_m;
+        input.set("intensity_classes_params", &params(&self.job, moment)?)?;
+        input.set("solid_cells_params", &solid_cells::params(moment.tick, self.job.sensor, single(height_m)))
     }
 }

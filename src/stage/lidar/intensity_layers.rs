@@ -18,6 +18,20 @@ pub const INTENSITY_LAYERS: ShaderSource = ShaderSource {
         include_str!("../../../shaders/lib/numbers.wgsl"),
         include_str!("../../../shaders/lib/scan.wgsl"),
         include_str!("../../../shaders/lib/points/texture.wgsl"),
+        include_str!("../../../shaders/lib/crossing/add_none.wgsl"),
+        include_str!("../../../shaders/intensity_layers.wgsl"),
+    ],
+};
+
+/// The same with `beam_reach`, for a map with cameras.
+pub const INTENSITY_LAYERS_AND_BEAMS: ShaderSource = ShaderSource {
+    name: "intensity_layers",
+    parts: &[
+        include_str!("../../../shaders/lib/numbers.wgsl"),
+        include_str!("../../../shaders/lib/scan.wgsl"),
+        include_str!("../../../shaders/lib/points/texture.wgsl"),
+        include_str!("../../../shaders/lib/crossing/bins.wgsl"),
+        include_str!("../../../shaders/lib/crossing/add.wgsl"),
         include_str!("../../../shaders/intensity_layers.wgsl"),
     ],
 };
@@ -29,6 +43,20 @@ pub const INTENSITY_LAYERS_OF_BUFFER: ShaderSource = ShaderSource {
         include_str!("../../../shaders/lib/numbers.wgsl"),
         include_str!("../../../shaders/lib/scan.wgsl"),
         include_str!("../../../shaders/lib/points/buffer.wgsl"),
+        include_str!("../../../shaders/lib/crossing/add_none.wgsl"),
+        include_str!("../../../shaders/intensity_layers.wgsl"),
+    ],
+};
+
+/// The same with `beam_reach`, for a map with cameras.
+pub const INTENSITY_LAYERS_AND_BEAMS_OF_BUFFER: ShaderSource = ShaderSource {
+    name: "intensity_layers",
+    parts: &[
+        include_str!("../../../shaders/lib/numbers.wgsl"),
+        include_str!("../../../shaders/lib/scan.wgsl"),
+        include_str!("../../../shaders/lib/points/buffer.wgsl"),
+        include_str!("../../../shaders/lib/crossing/bins.wgsl"),
+        include_str!("../../../shaders/lib/crossing/add.wgsl"),
         include_str!("../../../shaders/intensity_layers.wgsl"),
     ],
 };
@@ -38,6 +66,9 @@ pub const POINT_ROW: u32 = 1024;
 
 /// Sectors around the lidar, as in `shaders/lib/scan.wgsl`.
 pub const SECTORS: u32 = 720;
+
+/// Bins of slopes in a sector, as in `shaders/lib/crossing/bins.wgsl`.
+pub const SLOPE_BINS: u32 = 128;
 
 /// Fixed-point one of intensities, as in `shaders/lib/scan.wgsl`.
 pub const INTENSITY_STEPS: u32 = 4080;
@@ -123,7 +154,7 @@ pub fn params(job: &LidarJob, moment: &Moment<'_>) -> Result<IntensityLayersPara
         lidar: placed.lidar_in_window_m.as_vec2(),
         first_s,
         points: u32::try_from(moment.scan()?.points.len()).unwrap_or(job.capacity),
-        side: job.side,
+        side: job.map.side,
         resolution_m: single(config.scan_resolution_m),
         tall: job.tall_layers(),
         per_unit: single(1.0 / job.full_scale),
@@ -146,6 +177,29 @@ pub fn upload_points(plan: &mut Plan, capacity: u32) -> Result<()> {
     plan.upload_texture("points", POINT_ROW, (2 * capacity).div_ceil(POINT_ROW)).map(|_| ())
 }
 
+/// Declares the layers and the sectors of a scan, and appends the pass over `points`, with `beam_reach` where the map has
+/// `cameras`.
+///
+/// # Errors
+/// From the plan.
+pub fn declare(plan: &mut Plan, job: &LidarJob, cameras: bool) -> Result<()> {
+    plan.uniform::<IntensityLayersParams>("intensity_layers_params")?;
+    plan.zeroed("layer_sums", job.grid_bytes(8 * u64::from(job.layer_count())))?;
+    plan.zeroed("sector_range", 8 * u64::from(SECTORS))?;
+    if cameras {
+        plan.zeroed("beam_reach", 4 * u64::from(SECTORS * SLOPE_BINS))?;
+    }
+    let (pass, points) = match (job.glass.is_some(), cameras) {
+        (true, true) => (INTENSITY_LAYERS_AND_BEAMS_OF_BUFFER, "clean_points"),
+        (true, false) => (INTENSITY_LAYERS_OF_BUFFER, "clean_points"),
+        (false, true) => (INTENSITY_LAYERS_AND_BEAMS, "points"),
+        (false, false) => (INTENSITY_LAYERS, "points"),
+    };
+    plan.step(pass, Invocations::line(job.capacity), &[("points", points)])?;
+    let clearing = job.config.transparent_clear > 0.0;
+    plan.with(&[("deskewed", job.deskew), ("ringed", job.plane_rings.is_some()), ("clearing", clearing)])
+}
+
 /// The stage.
 #[derive(Debug)]
 pub struct IntensityLayers {
@@ -155,17 +209,7 @@ pub struct IntensityLayers {
 
 impl Stage for IntensityLayers {
     fn append(&self, plan: &mut Plan) -> Result<()> {
-        let job = &*self.job;
-        plan.uniform::<IntensityLayersParams>("intensity_layers_params")?;
-        plan.zeroed("layer_sums", job.grid_bytes(8 * u64::from(job.layer_count())))?;
-        plan.zeroed("sector_range", 8 * u64::from(SECTORS))?;
-        let count = Invocations::line(job.capacity);
-        match job.glass {
-            Some(_) => plan.step(INTENSITY_LAYERS_OF_BUFFER, count, &[("points", "clean_points")])?,
-            None => plan.step(INTENSITY_LAYERS, count, &[])?,
-        }
-        let clearing = job.config.transparent_clear > 0.0;
-        plan.with(&[("deskewed", job.deskew), ("ringed", job.plane_rings.is_some()), ("clearing", clearing)])
+        declare(plan, &self.job, self.job.map.layers.cameras)
     }
 
     fn write(&self, moment: &Moment<'_>, input: &mut FrameInput<'_>) -> Result<()> {

@@ -7,13 +7,39 @@ use glam::DVec2;
 use crate::base::Result;
 use crate::config::{Config, InflationKernel};
 use crate::gpu::{FrameInput, Invocations, Plan, ShaderSource};
-use crate::stage::{LidarJob, Moment, Stage};
+use crate::stage::{MapJob, Moment, Stage};
 
 /// The pass.
 pub const GOAL_INFLATION: ShaderSource = ShaderSource {
     name: "goal_inflation",
     parts: &[
         include_str!("../../../shaders/lib/scan.wgsl"),
+        include_str!("../../../shaders/lib/strength/classes.wgsl"),
+        include_str!("../../../shaders/goal_inflation.wgsl"),
+    ],
+};
+
+/// The pass over verdicts, in a map with lidars.
+pub const GOAL_INFLATION_OF_LIDARS: ShaderSource = ShaderSource {
+    name: "goal_inflation",
+    parts: &[
+        include_str!("../../../shaders/lib/scan.wgsl"),
+        include_str!("../../../shaders/lib/slot.wgsl"),
+        include_str!("../../../shaders/lib/verdict.wgsl"),
+        include_str!("../../../shaders/lib/strength/lidars.wgsl"),
+        include_str!("../../../shaders/lib/strength/verdicts.wgsl"),
+        include_str!("../../../shaders/goal_inflation.wgsl"),
+    ],
+};
+
+/// The pass over verdicts, in a map without lidars.
+pub const GOAL_INFLATION_OF_CAMERAS: ShaderSource = ShaderSource {
+    name: "goal_inflation",
+    parts: &[
+        include_str!("../../../shaders/lib/scan.wgsl"),
+        include_str!("../../../shaders/lib/verdict.wgsl"),
+        include_str!("../../../shaders/lib/strength/no_lidars.wgsl"),
+        include_str!("../../../shaders/lib/strength/verdicts.wgsl"),
         include_str!("../../../shaders/goal_inflation.wgsl"),
     ],
 };
@@ -33,8 +59,10 @@ crate::params! {
         pub taps: u32,
         /// How many of them lie within the inscribed radius.
         pub inscribed: u32,
-        /// Unused.
-        pub pad: u32,
+        /// Slot of window cell (0, 0) along x.
+        pub origin_slot_x: u32,
+        /// Slot of window cell (0, 0) along y.
+        pub origin_slot_y: u32,
     }
 }
 
@@ -95,33 +123,46 @@ impl Kernel {
     }
 }
 
+/// The parameters for `kernel` in a window of `side` x `side` cells.
+pub fn params(side: u32, kernel: &Kernel, [origin_slot_x, origin_slot_y]: [u32; 2]) -> GoalInflationParams {
+    let count = |number: usize| u32::try_from(number).unwrap_or(0);
+    let (taps, inscribed) = (count(kernel.taps.len()), count(kernel.inscribed));
+    GoalInflationParams { side, taps, inscribed, origin_slot_x, origin_slot_y }
+}
+
+/// Declares `inflation` and `kernel_taps` and appends the pass over `verdicts`, with `solid_cells` where the map has `lidars`.
+///
+/// # Errors
+/// From the plan.
+pub fn declare(plan: &mut Plan, side: u32, config: &Config, lidars: bool) -> Result<()> {
+    buffers(plan, side, config)?;
+    let pass = if lidars { GOAL_INFLATION_OF_LIDARS } else { GOAL_INFLATION_OF_CAMERAS };
+    plan.step(pass, Invocations::area(side, side), &[])
+}
+
+fn buffers(plan: &mut Plan, side: u32, config: &Config) -> Result<()> {
+    let edge = u64::from(2 * reach_cells(config).unsigned_abs() + 1);
+    plan.uniform::<GoalInflationParams>("goal_inflation_params")?;
+    plan.zeroed("inflation", u64::from(side) * u64::from(side) * 4)?;
+    plan.upload("kernel_taps", 4 * edge * edge).map(|_| ())
+}
+
 /// The stage.
 #[derive(Debug)]
 pub struct GoalInflation {
     /// What it is built for.
-    pub job: Arc<LidarJob>,
+    pub map: Arc<MapJob>,
 }
 
 impl Stage for GoalInflation {
     fn append(&self, plan: &mut Plan) -> Result<()> {
-        let job = &*self.job;
-        let edge = u64::from(2 * reach_cells(&job.config).unsigned_abs() + 1);
-        plan.uniform::<GoalInflationParams>("goal_inflation_params")?;
-        plan.zeroed("inflation", job.grid_bytes(4))?;
-        plan.upload("kernel_taps", 4 * edge * edge)?;
-        plan.step(GOAL_INFLATION, Invocations::area(job.side, job.side), &[])
+        declare(plan, self.map.side, &self.map.config, self.map.layers.lidars)
     }
 
     fn write(&self, moment: &Moment<'_>, input: &mut FrameInput<'_>) -> Result<()> {
-        let kernel = kernel(&self.job.config, moment.towards_goal);
-        let count = |number: usize| u32::try_from(number).unwrap_or(0);
-        let params = GoalInflationParams {
-            side: self.job.side,
-            taps: count(kernel.taps.len()),
-            inscribed: count(kernel.inscribed),
-            pad: 0,
-        };
+        let kernel = kernel(&self.map.config, moment.towards_goal);
+        let origin_slot = moment.window.origin_slot(self.map.side);
         input.write("kernel_taps", bytemuck::cast_slice(&kernel.packed()))?;
-        input.set("goal_inflation_params", &params)
+        input.set("goal_inflation_params", &params(self.map.side, &kernel, origin_slot))
     }
 }

@@ -7,13 +7,24 @@ use bytemuck::cast_slice;
 use crate::base::Result;
 use crate::config::Config;
 use crate::gpu::{FrameInput, Invocations, Plan, ShaderSource};
-use crate::stage::{CameraJob, Moment, Stage};
+use crate::stage::{MapJob, Moment, Stage};
 
 /// Occupied cells to bits.
 pub const PACK: ShaderSource = ShaderSource {
     name: "inflate/pack",
     parts: &[
         include_str!("../../../shaders/lib/cell.wgsl"),
+        include_str!("../../../shaders/lib/inflate/state.wgsl"),
+        include_str!("../../../shaders/inflate/pack.wgsl"),
+    ],
+};
+
+/// Lethal verdicts to bits.
+pub const PACK_VERDICTS: ShaderSource = ShaderSource {
+    name: "inflate/pack",
+    parts: &[
+        include_str!("../../../shaders/lib/verdict.wgsl"),
+        include_str!("../../../shaders/lib/inflate/verdicts.wgsl"),
         include_str!("../../../shaders/inflate/pack.wgsl"),
     ],
 };
@@ -27,6 +38,17 @@ pub const COLUMNS: ShaderSource = ShaderSource {
     name: "inflate/columns",
     parts: &[
         include_str!("../../../shaders/lib/cell.wgsl"),
+        include_str!("../../../shaders/lib/inflate/state.wgsl"),
+        include_str!("../../../shaders/inflate/columns.wgsl"),
+    ],
+};
+
+/// Distances along columns, and costs over those of the verdicts.
+pub const COLUMNS_VERDICTS: ShaderSource = ShaderSource {
+    name: "inflate/columns",
+    parts: &[
+        include_str!("../../../shaders/lib/verdict.wgsl"),
+        include_str!("../../../shaders/lib/inflate/verdicts.wgsl"),
         include_str!("../../../shaders/inflate/columns.wgsl"),
     ],
 };
@@ -101,38 +123,62 @@ pub fn cost_table(config: &Config) -> Vec<u32> {
     (0..=radius * radius).map(|squared| cost(config, f64::from(squared).sqrt())).collect()
 }
 
+/// Parameters of the three passes.
+pub type Params = (InflatePackParams, InflateRowsParams, InflateColumnsParams);
+
+/// The parameters for a window of `side` x `side` cells, the same at every time.
+pub fn params(side: u32, config: &Config) -> Params {
+    let (words, quads, radius) = (side.div_ceil(32), side.div_ceil(4), radius_cells(config));
+    (
+        InflatePackParams { side, words },
+        InflateRowsParams { side, words, radius, quads },
+        InflateColumnsParams { side, radius, quads, pad: 0 },
+    )
+}
+
+/// Declares the buffers of the inflation of `verdicts` and appends its passes; `costmap` holds the costs, four cells a word.
+///
+/// # Errors
+/// From the plan.
+pub fn declare(plan: &mut Plan, side: u32, config: &Config) -> Result<()> {
+    buffers(plan, side, config)?;
+    append_steps(plan, side, [PACK_VERDICTS, ROWS, COLUMNS_VERDICTS])
+}
+
+fn buffers(plan: &mut Plan, side: u32, config: &Config) -> Result<()> {
+    let (words, quads) = (side.div_ceil(32), side.div_ceil(4));
+    plan.uniform::<InflatePackParams>("inflate_pack_params")?;
+    plan.uniform::<InflateRowsParams>("inflate_rows_params")?;
+    plan.uniform::<InflateColumnsParams>("inflate_columns_params")?;
+    plan.scratch("occupied_bits", u64::from(side * words) * 4)?;
+    plan.scratch("row_distance", u64::from(side * quads) * 4)?;
+    plan.fixed("cost_by_squared_distance", cast_slice(&cost_table(config)).to_vec())?;
+    plan.product("costmap", u64::from(side * quads) * 4).map(|_| ())
+}
+
+fn append_steps(plan: &mut Plan, side: u32, [pack, rows, columns]: [ShaderSource; 3]) -> Result<()> {
+    let (words, quads) = (side.div_ceil(32), side.div_ceil(4));
+    plan.step(pack, Invocations::line(side * words), &[])?;
+    plan.step(rows, Invocations::line(side * quads), &[])?;
+    plan.step(columns, Invocations::line(side * quads), &[])
+}
+
 /// The stage.
 #[derive(Debug)]
 pub struct Inflate {
     /// What it is built for.
-    pub job: Arc<CameraJob>,
+    pub map: Arc<MapJob>,
 }
 
 impl Stage for Inflate {
     fn append(&self, plan: &mut Plan) -> Result<()> {
-        let job = &*self.job;
-        let side = job.side;
-        let words = side.div_ceil(32);
-        plan.uniform::<InflatePackParams>("inflate_pack_params")?;
-        plan.uniform::<InflateRowsParams>("inflate_rows_params")?;
-        plan.uniform::<InflateColumnsParams>("inflate_columns_params")?;
-        plan.scratch("occupied_bits", u64::from(side * words) * 4)?;
-        let quads = side.div_ceil(4);
-        plan.scratch("row_distance", u64::from(side * quads) * 4)?;
-        plan.fixed("cost_by_squared_distance", cast_slice(&cost_table(&job.config)).to_vec())?;
-        plan.scratch("costmap", u64::from(side * quads) * 4)?;
-        plan.read_back("costmap")?;
-        plan.step(PACK, Invocations::line(side * words), &[])?;
-        plan.step(ROWS, Invocations::line(side * quads), &[])?;
-        plan.step(COLUMNS, Invocations::line(side * quads), &[])
+        declare(plan, self.map.side, &self.map.config)
     }
 
     fn write(&self, _moment: &Moment<'_>, input: &mut FrameInput<'_>) -> Result<()> {
-        let side = self.job.side;
-        let words = side.div_ceil(32);
-        let (radius, quads) = (radius_cells(&self.job.config), side.div_ceil(4));
-        input.set("inflate_pack_params", &InflatePackParams { side, words })?;
-        input.set("inflate_rows_params", &InflateRowsParams { side, words, radius, quads })?;
-        input.set("inflate_columns_params", &InflateColumnsParams { side, radius, quads, pad: 0 })
+        let (pack, rows, columns) = params(self.map.side, &self.map.config);
+        input.set("inflate_pack_params", &pack)?;
+        input.set("inflate_rows_params", &rows)?;
+        input.set("inflate_columns_params", &columns)
     }
 }

@@ -1,7 +1,10 @@
 //! The stages of the map: its window, its inflation, its costs.
 
+pub mod goal_costs;
 pub mod goal_inflation;
 pub mod inflate;
+pub mod layers;
 pub mod move_window;
-pub mod plan_map;
+pub mod rule;
+pub mod scan_values;
 pub mod trajectory_cost;

@@ -3,8 +3,10 @@
 use std::sync::Arc;
 
 use crate::base::Result;
-use crate::gpu::{FrameInput, Invocations, Plan, ShaderSource};
-use crate::stage::{CameraJob, Moment, Stage};
+use crate::gpu::{FrameInput, Invocations, Plan, ShaderSource, ShaderText};
+use crate::map::Window;
+use crate::stage::map::layers::Layers;
+use crate::stage::{MapJob, Moment, Stage};
 
 /// The pass.
 pub const MOVE_WINDOW: ShaderSource = ShaderSource {
@@ -13,9 +15,78 @@ pub const MOVE_WINDOW: ShaderSource = ShaderSource {
         include_str!("../../../shaders/lib/cell.wgsl"),
         include_str!("../../../shaders/lib/slot.wgsl"),
         include_str!("../../../shaders/lib/counters.wgsl"),
+        include_str!("../../../shaders/lib/window/frame.wgsl"),
+        include_str!("../../../shaders/lib/window/cells.wgsl"),
+        include_str!("../../../shaders/lib/window/no_lidars.wgsl"),
+        include_str!("../../../shaders/lib/window/no_panes.wgsl"),
         include_str!("../../../shaders/move_window.wgsl"),
     ],
 };
+
+/// The files of the pass over those layers; `frame`: whether it clears the sums of a camera's frame too.
+pub fn parts(layers: Layers, frame: bool) -> [&'static str; 8] {
+    [
+        include_str!("../../../shaders/lib/cell.wgsl"),
+        include_str!("../../../shaders/lib/slot.wgsl"),
+        include_str!("../../../shaders/lib/counters.wgsl"),
+        if frame {
+            include_str!("../../../shaders/lib/window/frame.wgsl")
+        } else {
+            include_str!("../../../shaders/lib/window/no_frame.wgsl")
+        },
+        if layers.cameras {
+            include_str!("../../../shaders/lib/window/cameras.wgsl")
+        } else {
+            include_str!("../../../shaders/lib/window/no_cameras.wgsl")
+        },
+        if layers.lidars {
+            include_str!("../../../shaders/lib/window/lidars.wgsl")
+        } else {
+            include_str!("../../../shaders/lib/window/no_lidars.wgsl")
+        },
+        if layers.panes {
+            include_str!("../../../shaders/lib/window/panes.wgsl")
+        } else {
+            include_str!("../../../shaders/lib/window/no_panes.wgsl")
+        },
+        include_str!("../../../shaders/move_window.wgsl"),
+    ]
+}
+
+/// The pass over those layers.
+pub fn shader(layers: Layers, frame: bool) -> ShaderText {
+    let text = parts(layers, frame).join("\n");
+    ShaderText { label: "move_window".into(), entry_point: "move_window", text }
+}
+
+/// The parameters for a window of `side` x `side` cells.
+pub fn params(window: &Window, side: u32) -> MoveWindowParams {
+    let [origin_slot_x, origin_slot_y] = window.origin_slot(side);
+    let [shift_x, shift_y] = window.shift;
+    let forget = u32::from(window.forget);
+    MoveWindowParams { side, origin_slot_x, origin_slot_y, shift_x, shift_y, forget }
+}
+
+/// Declares the layers and, for a `frame` of a camera, its sums, and appends the pass.
+///
+/// # Errors
+/// From the plan.
+pub fn declare(plan: &mut Plan, side: u32, layers: Layers, frame: bool) -> Result<()> {
+    layers.declare(plan, side)?;
+    plan.uniform::<MoveWindowParams>("move_window_params")?;
+    if frame {
+        sums(plan, side)?;
+    }
+    // A row as long as the counters are many, however small the window is.
+    plan.step(shader(layers, frame), Invocations::area(side.max(8), side), &[])
+}
+
+fn sums(plan: &mut Plan, side: u32) -> Result<()> {
+    let cells = u64::from(side) * u64::from(side);
+    plan.scratch("cell_hits", cells * 16)?;
+    plan.scratch("seen_through", cells * 4)?;
+    plan.scratch("counters", COUNTERS * 4).map(|_| ())
+}
 
 /// Counters of a frame, in the order of `shaders/lib/counters.wgsl`.
 pub const COUNTERS: u64 = 8;
@@ -42,26 +113,17 @@ crate::params! {
 #[derive(Debug)]
 pub struct MoveWindow {
     /// What it is built for.
-    pub job: Arc<CameraJob>,
+    pub map: Arc<MapJob>,
+    /// Whether it clears the sums of a camera's frame too.
+    pub frame: bool,
 }
 
 impl Stage for MoveWindow {
     fn append(&self, plan: &mut Plan) -> Result<()> {
-        let job = &*self.job;
-        plan.uniform::<MoveWindowParams>("move_window_params")?;
-        plan.state("cells", job.grid_bytes(16))?;
-        plan.scratch("cell_hits", job.grid_bytes(16))?;
-        plan.scratch("seen_through", job.grid_bytes(4))?;
-        plan.scratch("counters", COUNTERS * 4)?;
-        plan.step(MOVE_WINDOW, Invocations::area(job.side, job.side), &[])
+        declare(plan, self.map.side, self.map.layers, self.frame)
     }
 
     fn write(&self, moment: &Moment<'_>, input: &mut FrameInput<'_>) -> Result<()> {
-        let side = self.job.side;
-        let [origin_slot_x, origin_slot_y] = moment.window.origin_slot(side);
-        let [shift_x, shift_y] = moment.window.shift;
-        let forget = u32::from(moment.window.forget);
-        let params = MoveWindowParams { side, origin_slot_x, origin_slot_y, shift_x, shift_y, forget };
-        input.set("move_window_params", &params)
+        input.set("move_window_params", &params(&moment.window, self.map.side))
     }
 }

@@ -1,0 +1,12 @@
+// A map of one camera that keeps no marks of its cells.
+fn is_late(slot: u32) -> bool {
+    return false;
+}
+
+fn lambda_of(slot: u32) -> f32 {
+    return update_params.lambda;
+}
+
+fn mark_hit(slot: u32, hits: CellHits, had_hits: bool) {}
+
+fn mark_seen(slot: u32, keeps_hits: bool) {}

@@ -1,0 +1,4 @@
+// A map without panes.
+fn has_pane(slot: u32) -> bool {
+    return false;
+}

@@ -1,0 +1,2 @@
+// A map without cameras.
+fn forget_cameras(slot: u32) {}

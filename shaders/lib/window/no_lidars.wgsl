@@ -1,0 +1,2 @@
+// A map without lidars.
+fn forget_lidars(slot: u32) {}

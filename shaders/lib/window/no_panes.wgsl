@@ -1,0 +1,2 @@
+// A map without panes.
+fn forget_panes(slot: u32) {}

@@ -1,0 +1,44 @@
+//! The layers of the map (spec 4 §1): resident records, one for each cell of the window's ring buffer.
+
+use crate::base::Result;
+use crate::gpu::Plan;
+
+/// Which layers a map has.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Layers {
+    /// Occupancy, by cameras: `cells` and `cell_marks`.
+    pub cameras: bool,
+    /// Solidity, by lidars: `solid_cells`.
+    pub lidars: bool,
+    /// Panes, by lidars that search for glass: `pane_cells`.
+    pub panes: bool,
+}
+
+/// Names of the buffers and bytes a cell.
+const CAMERA_BUFFERS: [(&str, u64); 2] = [("cells", 16), ("cell_marks", 8)];
+const LIDAR_BUFFERS: [(&str, u64); 1] = [("solid_cells", 16)];
+const PANE_BUFFERS: [(&str, u64); 1] = [("pane_cells", 8)];
+
+impl Layers {
+    /// Names of its buffers and bytes a cell.
+    pub fn buffers(self) -> impl Iterator<Item = (&'static str, u64)> {
+        let cameras = CAMERA_BUFFERS.into_iter().filter(move |_| self.cameras);
+        let lidars = LIDAR_BUFFERS.into_iter().filter(move |_| self.lidars);
+        let panes = PANE_BUFFERS.into_iter().filter(move |_| self.panes);
+        cameras.chain(lidars).chain(panes)
+    }
+
+    /// Declares those of its buffers that the plan does not have yet, for a window of `side` x `side` cells.
+    ///
+    /// # Errors
+    /// [`crate::Error::Plan`] where a size is 0.
+    pub fn declare(self, plan: &mut Plan, side: u32) -> Result<()> {
+        let cells = u64::from(side) * u64::from(side);
+        for (name, bytes) in self.buffers() {
+            if plan.find(name).is_none() {
+                plan.shared(name, cells * bytes)?;
+            }
+        }
+        Ok(())
+    }
+}
