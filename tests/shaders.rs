@@ -157,6 +157,7 @@ fn one_map_plans() -> Vec<Plan> {
         let mut scans = Plan::default();
         scans.upload_texture("points", POINT_ROW, (2 * job.capacity).div_ceil(POINT_ROW)).unwrap();
         if let Some(glass) = &job.glass {
+            move_window::declare(&mut scans, job.side(), ALL_LAYERS, false).unwrap();
             ScanStage::append(glass, &mut scans, &job).unwrap();
             pane_cells::declare(&mut scans, job.side(), 2).unwrap();
         }
