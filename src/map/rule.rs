@@ -29,7 +29,7 @@ pub mod panes {
     pub const PANE: u32 = 2;
 }
 
-/// What the lidars say, as bits: one of the first five, and [`REFUTING`] beside [`FREE`].
+/// What the lidars say, as bits: one of the first five, and `REFUTING` beside `FREE`.
 pub mod lidar {
     /// Nothing.
     pub const UNKNOWN: u32 = 1;
@@ -45,7 +45,7 @@ pub mod lidar {
     pub const REFUTING: u32 = 32;
 }
 
-/// What the cameras say, as bits: one of the first three, and [`DOUBTFUL`] beside [`OCCUPIED`].
+/// What the cameras say, as bits: one of the first three, and `DOUBTFUL` beside `OCCUPIED`.
 pub mod camera {
     /// Nothing, or too little.
     pub const UNKNOWN: u32 = 1;
