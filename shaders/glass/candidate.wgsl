@@ -1,7 +1,7 @@
 // Marks the beams that may end on glass: two returns that differ, of which the nearer is not in the last slot, or an
 // intensity peak. One bit for each cell, columns in turn. spec 3 §2, §3.
 @group(0) @binding(0) var<uniform> glass_params: GlassParams;
-@group(0) @binding(1) var<storage, read> cells: array<u32>;
+@group(0) @binding(1) var<storage, read> beam_cells: array<u32>;
 @group(0) @binding(2) var<storage, read> peaks: array<u32>;
 @group(0) @binding(3) var<storage, read_write> candidate_bits: array<u32>;
 @group(0) @binding(4) var<storage, read_write> glass_counters: array<atomic<u32>>;
@@ -18,8 +18,8 @@ fn candidate(@builtin(global_invocation_id) id: vec3<u32>) {
     for (var k = 0u; k < 32u; k++) {
         let place = 32u * id.x + k;
         if place < size {
-            let first = cells[2u * place];
-            let last = cells[2u * place + 1u];
+            let first = beam_cells[2u * place];
+            let last = beam_cells[2u * place + 1u];
             let differ = two_returns(first, last);
             let shines = first != NONE && peaks[place] != 0u;
             bits |= select(0u, 1u << k, differ || shines);

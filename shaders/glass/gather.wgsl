@@ -1,7 +1,7 @@
 // Lists the candidates in the order of their cells, so that the same scan gives the same list; of more than fit every
 // n-th is taken. spec 3 §3.
 @group(0) @binding(0) var<uniform> glass_params: GlassParams;
-@group(0) @binding(2) var<storage, read> cells: array<u32>;
+@group(0) @binding(2) var<storage, read> beam_cells: array<u32>;
 @group(0) @binding(3) var<storage, read> candidate_bits: array<u32>;
 @group(0) @binding(4) var candidates: texture_storage_2d_array<rgba32float, write>;
 @group(0) @binding(5) var<storage, read_write> found: Found;
@@ -29,7 +29,7 @@ fn gather(@builtin(local_invocation_index) lane: u32) {
             let place = 32u * w + countTrailingZeros(bits);
             bits &= bits - 1u;
             if number % thinning == 0u && number / thinning < MOST_CANDIDATES {
-                let point = point_at(index_in(cells[2u * place]));
+                let point = point_at(index_in(beam_cells[2u * place]));
                 textureStore(candidates, candidate_texel(number / thinning), 0u, point);
             }
             number++;

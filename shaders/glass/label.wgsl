@@ -1,6 +1,6 @@
 // Labels the points whose beams meet a pane by what the pane mirrors. spec 3 §5, steps 1 and 2.
 @group(0) @binding(0) var<uniform> glass_params: GlassParams;
-@group(0) @binding(2) var<storage, read> cells: array<u32>;
+@group(0) @binding(2) var<storage, read> beam_cells: array<u32>;
 @group(0) @binding(3) var row_texels: texture_storage_2d_array<rgba32float, read>;
 @group(0) @binding(4) var pane_texels: texture_storage_2d_array<rgba32float, read>;
 @group(0) @binding(5) var<storage, read> mirrored: array<u32>;
@@ -97,11 +97,11 @@ fn against_measured(image: vec3<f32>) -> Shown {
     let column = column_of(image, glass_params.columns);
     var around = cells_around(column, row, 1u, 1u);
     var matches = false;
-    var passes = cells[2u * (column * glass_params.rows + row)] != NONE;
+    var passes = beam_cells[2u * (column * glass_params.rows + row)] != NONE;
     var count = 0u;
     for (var c = 0u; c < 3u; c++) {
         for (var r = around.least_row; r < around.end_row; r++) {
-            let word = cells[2u * (around.column * glass_params.rows + r)];
+            let word = beam_cells[2u * (around.column * glass_params.rows + r)];
             if word != NONE {
                 let measured_m = f32(steps_in(word)) / RANGE_STEPS_PER_M;
                 matches = matches || abs(measured_m - range_m) < near;
@@ -131,7 +131,7 @@ fn class_behind(slot: u32, pane: Pane, p: vec3<f32>, place: u32, over: f32) -> u
 }
 
 fn is_glass(pane: Pane, point: vec4<f32>, place: u32) -> bool {
-    let dual = two_returns(cells[2u * place], cells[2u * place + 1u]);
+    let dual = two_returns(beam_cells[2u * place], beam_cells[2u * place + 1u]);
     let limit = pane.level.w * select(1.0, DUAL_BRIGHTER, dual);
     let head_on = dot(pane.normal.xyz, point.xyz) > glass_params.lobe_cos * length(point.xyz);
     return pane.level.w <= 0.0 || head_on || point.w < limit;

@@ -2,7 +2,7 @@
 // spec 3 §1.
 @group(0) @binding(0) var<uniform> glass_params: GlassParams;
 @group(0) @binding(3) var row_texels: texture_storage_2d_array<rgba32float, read>;
-@group(0) @binding(4) var<storage, read_write> cells: array<atomic<u32>>;
+@group(0) @binding(4) var<storage, read_write> beam_cells: array<atomic<u32>>;
 @group(0) @binding(5) var<storage, read_write> glass_counters: array<atomic<u32>>;
 @group(0) @binding(6) var placed: texture_storage_2d_array<rgba32float, write>;
 
@@ -45,7 +45,7 @@ fn place_point(index: u32) {
     for (var once = 0u; once < turns_if(row < glass_params.rows); once++) {
         let place = column_of(point.xyz, glass_params.columns) * glass_params.rows + row;
         let cell = 2u * place + slot_of_return(rest);
-        atomicMin(&cells[cell], cell_word(length(point.xyz), index));
+        atomicMin(&beam_cells[cell], cell_word(length(point.xyz), index));
         texel = vec4(point.xyz, f32(1u + cell));
     }
     textureStore(placed, placed_texel(index), 0u, texel);

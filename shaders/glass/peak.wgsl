@@ -1,7 +1,7 @@
 // Intensity peaks: in the row nearest the horizontal a run along azimuth that rises to a maximum and falls, confirmed by
 // the two rows above and the two below. spec 3 §2.
 @group(0) @binding(0) var<uniform> glass_params: GlassParams;
-@group(0) @binding(2) var<storage, read> cells: array<u32>;
+@group(0) @binding(2) var<storage, read> beam_cells: array<u32>;
 @group(0) @binding(3) var<storage, read_write> peaks: array<atomic<u32>>;
 
 // The run ends where the intensity has fallen to this share of its maximum.
@@ -19,7 +19,7 @@ const GAP_STEPS = 3.0;
 const GAP_NOISE_M = 0.1;
 
 fn at(column: u32, row: u32) -> vec4<f32> {
-    let word = cells[2u * (column * glass_params.rows + row)];
+    let word = beam_cells[2u * (column * glass_params.rows + row)];
     if word == NONE {
         return vec4(0.0, 0.0, 0.0, -1.0);
     }

@@ -1,7 +1,7 @@
 // Settles what the first steps left open, and counts. spec 3 §5 step 3; and, where a pane has been found before and is
 // known to mirror, by what most points behind it are.
 @group(0) @binding(0) var<uniform> glass_params: GlassParams;
-@group(0) @binding(2) var<storage, read> cells: array<u32>;
+@group(0) @binding(2) var<storage, read> beam_cells: array<u32>;
 @group(0) @binding(3) var pane_texels: texture_storage_2d_array<rgba32float, read>;
 @group(0) @binding(4) var<storage, read> pane_counts: array<u32>;
 @group(0) @binding(5) var<storage, read> met_points: array<u32>;
@@ -15,7 +15,7 @@ const MIRRORS_MORE = 2u;
 
 // Points that are outside stay so, and none becomes it: it does not matter whether another invocation was here before.
 fn settled(index: u32, place: u32, pane_id: u32) -> u32 {
-    let word = cells[2u * place + 1u];
+    let word = beam_cells[2u * place + 1u];
     let other = index_in(word);
     if word != NONE && other != index && (atomicLoad(&classes[other]) & 0xffu) == OUTSIDE {
         let farther = f32(steps_in(word)) / RANGE_STEPS_PER_M - length(point_at(index).xyz);

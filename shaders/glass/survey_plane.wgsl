@@ -1,7 +1,7 @@
 // Counts by squares of the plane under test what the beams show there: glass, frame or wall, or a view through.
 // spec 3 §4 (boundaries).
 @group(0) @binding(0) var<uniform> glass_params: GlassParams;
-@group(0) @binding(2) var<storage, read> cells: array<u32>;
+@group(0) @binding(2) var<storage, read> beam_cells: array<u32>;
 @group(0) @binding(3) var<storage, read> candidate_bits: array<u32>;
 @group(0) @binding(4) var<storage, read> found: Found;
 @group(0) @binding(5) var<storage, read_write> survey: array<atomic<u32>>;
@@ -12,7 +12,7 @@ const GRAZING_COS = 0.17;
 const EACH = 8u;
 
 fn count_beam(place: u32, plane: vec4<f32>, level: vec4<f32>) {
-    let first = cells[2u * place];
+    let first = beam_cells[2u * place];
     if first == NONE {
         return;
     }
@@ -29,7 +29,7 @@ fn count_beam(place: u32, plane: vec4<f32>, level: vec4<f32>) {
         }
         let shown = (candidate_bits[place / 32u] & (1u << (place % 32u))) != 0u;
         let dim = level.w <= 0.0 || point.w < level.w;
-        let dual = two_returns(first, cells[2u * place + 1u]);
+        let dual = two_returns(first, beam_cells[2u * place + 1u]);
         var kind = select(select(BRIGHT, DIM, dim), select(SHINING, SHOWN, dual), shown);
         kind = select(kind, BEYOND, over >= glass_params.plane_tolerance_m);
         atomicAdd(&survey[kind * SURVEY_SQUARES + u32(v) * SURVEY_WIDE + u32(u)], 1u);

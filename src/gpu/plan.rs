@@ -66,7 +66,8 @@ impl Plan {
         self.declare(name, bytes, Role::State)
     }
 
-    /// Declares a resident buffer that belongs to no scope: all plans on one store share it.
+    /// Declares a resident buffer that belongs to no scope: all plans on one store share it. What this plan writes another may
+    /// read.
     ///
     /// # Errors
     /// [`Error::Plan`] where the name is taken or the size is 0.
@@ -74,7 +75,9 @@ impl Plan {
         let scope = std::mem::take(&mut self.scope);
         let declared = self.declare(name, bytes, Role::State);
         self.scope = scope;
-        declared
+        let id = declared?;
+        self.buffers[id.0].product = true;
+        Ok(id)
     }
 
     /// Declares a buffer that lives within a frame.

@@ -1,5 +1,21 @@
 //! The rule of the map (spec 4 §2): from what its layers say of a cell to a verdict. The table is data; the shader's text, the
 //! documentation and the tests come from it.
+//!
+//! | # | panes | lidar | camera | verdict | cost |
+//! |---|---|---|---|---|---|
+//! | 1 | pane | any | any | glass | 254 |
+//! | 2 | none | solid | any | solid | 254 |
+//! | 3 | none | transparent | any | transparent | 254 |
+//! | 4 | none | passable | occupied | occupied, or passable with `passable_over_camera` | 254, or the passable cost with `passable_over_camera` |
+//! | 5 | none | free where the hits are, and newer | occupied and doubtful, or occupied with `lidar_clears_camera: always` | refuted | 0 |
+//! | 6 | none | any | occupied | occupied | 254 |
+//! | 7 | none | passable | unknown or free | passable | the passable cost |
+//! | 8 | none | free | unknown or free | free | 0 |
+//! | 9 | none | unknown | free | free | 0 |
+//! | 10 | none | unknown | unknown | unknown | 255 |
+//! | 11 | any verdict of free or passable whose evidence is stale | | | stale | 255 |
+//!
+//! With `lidar_clears_camera: never` row 5 never applies.
 
 use std::fmt::Write as _;
 
@@ -13,7 +29,7 @@ pub mod panes {
     pub const PANE: u32 = 2;
 }
 
-/// What the lidars say, as bits: one of the first five, and [`REFUTING`] beside [`FREE`].
+/// What the lidars say, as bits: one of the first five, and `REFUTING` beside `FREE`.
 pub mod lidar {
     /// Nothing.
     pub const UNKNOWN: u32 = 1;
@@ -29,7 +45,7 @@ pub mod lidar {
     pub const REFUTING: u32 = 32;
 }
 
-/// What the cameras say, as bits: one of the first three, and [`DOUBTFUL`] beside [`OCCUPIED`].
+/// What the cameras say, as bits: one of the first three, and `DOUBTFUL` beside `OCCUPIED`.
 pub mod camera {
     /// Nothing, or too little.
     pub const UNKNOWN: u32 = 1;

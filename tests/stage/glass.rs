@@ -34,12 +34,12 @@ fn cells(scan: &Scan, grid: &BeamGrid) -> (Vec<u32>, Vec<[f32; 4]>) {
         .params("glass_params", &glass.params(&Config::default(), &moment))
         .texture("points", [POINT_ROW, (2 * points).div_ceil(POINT_ROW)], bytemuck::cast_slice(&words))
         .float_texture("row_texels", ROW_TEXELS, rows.len() as u32 / ROW_TEXELS, &rows)
-        .changed("cells", &vec![EMPTY; 2 * grid.cells() as usize])
+        .changed("beam_cells", &vec![EMPTY; 2 * grid.cells() as usize])
         .texture_output("placed", POINT_ROW, points.div_ceil(POINT_ROW))
         .changed("glass_counters", &[0_u32; 16])
         .run(ORGANIZE, Invocations::line(points));
     let placed = bytemuck::cast_slice(&out.floats("placed")[..4 * scan.points.len()]).to_vec();
-    (out.words("cells").to_vec(), placed)
+    (out.words("beam_cells").to_vec(), placed)
 }
 
 fn compare_with_twin(scan: &Scan, grid: &BeamGrid) {

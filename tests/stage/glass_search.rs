@@ -65,7 +65,7 @@ fn twin_of_candidates_at_all_sizes_and_with_cells_of_all_kinds() {
         let peaks: Vec<u32> = (0..size).map(|_| u32::from(random.below(5) == 0)).collect();
         let out = Fragment::new()
             .params("glass_params", &params(grid, &Config::default(), Rigid::IDENTITY))
-            .input("cells", &cells)
+            .input("beam_cells", &cells)
             .input("peaks", &peaks)
             .output("candidate_bits", size.div_ceil(32))
             .changed("glass_counters", &[0_u32; 16])

@@ -321,6 +321,10 @@ fn the_table_is_that_of_the_specification() {
     assert_eq!((count(CellClass::Unknown), count(CellClass::Free)), (lidar::UNKNOWN, lidar::FREE));
     let text = rule_markdown();
     assert_eq!(text.lines().count(), 13);
+    let source = include_str!("../../src/map/rule.rs");
+    let documented =
+        source.lines().filter_map(|line| line.strip_prefix("//! |")).map(|line| format!("|{line}"));
+    assert_eq!(documented.collect::<Vec<_>>(), text.lines().collect::<Vec<_>>(), "the module's own table");
     for line in [
         "| 1 | pane | any | any | glass | 254 |",
         "| 2 | none | solid | any | solid | 254 |",

@@ -4,7 +4,7 @@ use bytemuck::cast_slice;
 use limpid::gpu::Invocations;
 use limpid::sensor::Point;
 use limpid::stage::lidar::intensity_classes::IntensityClassesParams;
-use limpid::stage::lidar::intensity_layers::{INTENSITY_LAYERS_AND_BEAMS_OF_BUFFER, SECTORS, SLOPE_BINS};
+use limpid::stage::lidar::intensity_layers::{INTENSITY_LAYERS_AND_BEAMS_OF_BUFFER, SECTOR_WORDS, SECTORS};
 use limpid::stage::lidar::solid_cells::{SOLID_CELLS, SOLID_CELLS_AND_BEAMS, params};
 
 use crate::reference::solid_cells::{Solid, crossing, keep};
@@ -177,7 +177,7 @@ fn reach_of(points: &[Point]) -> Vec<u32> {
         .params("intensity_layers_params", &intensity_layers::params(points.len()))
         .changed("layer_sums", &vec![0_u32; 12 * 12 * 5 * 2])
         .changed("sector_range", &vec![0_u32; 2 * SECTORS as usize])
-        .changed("beam_reach", &vec![0_u32; (SECTORS * SLOPE_BINS) as usize])
+        .changed("beam_reach", &vec![0_u32; (SECTORS * SECTOR_WORDS) as usize])
         .run(INTENSITY_LAYERS_AND_BEAMS_OF_BUFFER, Invocations::line(points.len() as u32));
     out.words("beam_reach").to_vec()
 }
@@ -247,7 +247,7 @@ fn truth_steep_beams_none_and_one() {
     if skipped() {
         return;
     }
-    let none = crossed_cells(3, &vec![0; (SECTORS * SLOPE_BINS) as usize], 0.5);
+    let none = crossed_cells(3, &vec![0; (SECTORS * SECTOR_WORDS) as usize], 0.5);
     assert!(none.iter().all(|record| heights(record).is_none() && record[1] == 7), "free all the same");
     let one = crossed_cells(5, &reach_of(&beams(&[0.5], |_, _| 9.0)), 0.5);
     let [low, high, gap] = heights(&one[22]).unwrap();
@@ -269,8 +269,8 @@ fn poison_gives_heights_in_their_bits() {
     let nan = [f64::NAN, f64::INFINITY, 1e30, -1e30, 0.0];
     let points: Vec<Point> =
         nan.iter().flat_map(|&a| nan.iter().map(move |&b| point([a, 1.0, b], 1.0))).collect();
-    assert_eq!(reach_of(&points).len(), (SECTORS * SLOPE_BINS) as usize);
-    for record in crossed_cells(9, &vec![u32::MAX; (SECTORS * SLOPE_BINS) as usize], f32::MAX) {
+    assert_eq!(reach_of(&points).len(), (SECTORS * SECTOR_WORDS) as usize);
+    for record in crossed_cells(9, &vec![u32::MAX; (SECTORS * SECTOR_WORDS) as usize], f32::MAX) {
         assert!(
             record[3] >> 24 == 3 && record[1] == 7 && record[2] & 0xffff <= record[2] >> 16,
             "{record:x?}"

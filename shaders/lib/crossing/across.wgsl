@@ -10,15 +10,24 @@ fn beams_across(place: Place, lidar_height_m: f32) -> vec2<u32> {
     var low = 0u;
     var high = 0u;
     var gap = 0u;
-    for (var bin = 0u; bin < SLOPE_BINS; bin++) {
-        let word = beam_reach[place.sector * SLOPE_BINS + bin];
-        if (word >> 14u) > place.behind {
-            let slope = slope_of_bin(f32(bin) + (f32(word & 0x3fffu) + 0.5) / SLOPE_STEPS);
-            let height = max(record_height(lidar_height_m + place.range * slope), 1u);
-            // Bins ascend, so that heights do.
-            gap = select(max(gap, max(height, high) - high), 0u, high == 0u);
-            low = select(low, height, high == 0u);
-            high = max(high, height);
+    let first = place.sector * SECTOR_WORDS;
+    for (var part = 0u; part < BIN_MASKS; part++) {
+        var left = beam_reach[first + SLOPE_BINS + part];
+        for (var i = 0u; i < 32u; i++) {
+            if left == 0u {
+                break;
+            }
+            let bin = 32u * part + firstTrailingBit(left);
+            left &= left - 1u;
+            let word = beam_reach[first + bin];
+            if (word >> 14u) > place.behind {
+                let slope = slope_of_bin(f32(bin) + (f32(word & 0x3fffu) + 0.5) / SLOPE_STEPS);
+                let height = max(record_height(lidar_height_m + place.range * slope), 1u);
+                // Bins ascend, so that heights do.
+                gap = select(max(gap, max(height, high) - high), 0u, high == 0u);
+                low = select(low, height, high == 0u);
+                high = max(high, height);
+            }
         }
     }
     return vec2(low | (high << 16u), gap);

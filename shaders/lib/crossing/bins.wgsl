@@ -1,7 +1,10 @@
 // Beams of a scan by direction: for each sector, and each bin of slopes in it, how far the farthest reached.
 // A word holds its distance in bits 14-31, in steps of 1/1024 m, and in bits 0-13 where in the bin its slope lies; so the
-// largest word is that of the farthest beam. 0: no beam.
+// largest word is that of the farthest beam. 0: no beam. Behind the bins of a sector one bit each says whether it has a beam, so
+// that empty ones need not be looked at.
 const SLOPE_BINS = 128u;
+const BIN_MASKS = 4u;
+const SECTOR_WORDS = SLOPE_BINS + BIN_MASKS;
 const SLOPE_STEPS = 16384.0;
 const MOST_REACH_STEPS = 262143.0;
 

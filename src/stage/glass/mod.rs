@@ -233,7 +233,7 @@ impl Glass {
         plan.state("kept", HEADER_BYTES + pane * KEPT_PANES as u64)?;
         plan.state("pane_counts", 4 * PANE_COUNTS * KEPT_PANES as u64)?;
         for (name, bytes) in [
-            ("cells", 8 * size),
+            ("beam_cells", 8 * size),
             ("mirrored", 4 * size),
             ("peaks", 4 * size),
             ("candidate_bits", 4 * size.div_ceil(32)),

@@ -183,7 +183,7 @@ pub fn params(
 /// # Errors
 /// From the plan.
 pub fn declare_map_panes(plan: &mut Plan, lidars: u32) -> Result<()> {
-    if plan.find("map_panes").is_none() {
+    if plan.find_in("", "map_panes").is_none() {
         plan.shared("map_panes", u64::from(lidars * PANES_EACH) * size_of::<Pane>() as u64)?;
     }
     Ok(())

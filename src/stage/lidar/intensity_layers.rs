@@ -67,8 +67,8 @@ pub const POINT_ROW: u32 = 1024;
 /// Sectors around the lidar, as in `shaders/lib/scan.wgsl`.
 pub const SECTORS: u32 = 720;
 
-/// Bins of slopes in a sector, as in `shaders/lib/crossing/bins.wgsl`.
-pub const SLOPE_BINS: u32 = 128;
+/// Words of a sector's beams: a bin for each slope and a bit for each bin, as in `shaders/lib/crossing/bins.wgsl`.
+pub const SECTOR_WORDS: u32 = 128 + 4;
 
 /// Fixed-point one of intensities, as in `shaders/lib/scan.wgsl`.
 pub const INTENSITY_STEPS: u32 = 4080;
@@ -187,7 +187,7 @@ pub fn declare(plan: &mut Plan, job: &LidarJob, cameras: bool) -> Result<()> {
     plan.zeroed("layer_sums", job.grid_bytes(8 * u64::from(job.layer_count())))?;
     plan.zeroed("sector_range", 8 * u64::from(SECTORS))?;
     if cameras {
-        plan.zeroed("beam_reach", 4 * u64::from(SECTORS * SLOPE_BINS))?;
+        plan.zeroed("beam_reach", 4 * u64::from(SECTORS * SECTOR_WORDS))?;
     }
     let (pass, points) = match (job.glass.is_some(), cameras) {
         (true, true) => (INTENSITY_LAYERS_AND_BEAMS_OF_BUFFER, "clean_points"),

@@ -35,7 +35,7 @@ impl Layers {
     pub fn declare(self, plan: &mut Plan, side: u32) -> Result<()> {
         let cells = u64::from(side) * u64::from(side);
         for (name, bytes) in self.buffers() {
-            if plan.find(name).is_none() {
+            if plan.find_in("", name).is_none() {
                 plan.shared(name, cells * bytes)?;
             }
         }
