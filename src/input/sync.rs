@@ -4,7 +4,7 @@
 //! come: a later colour image has passed, images have gone on for [`WAIT_NS`], the queue is full, or
 //! the recording is at its end.
 
-use std::collections::{HashMap, VecDeque};
+use std::collections::{BTreeMap, VecDeque};
 
 use crate::base::Rigid;
 use crate::base::duration_ns;
@@ -29,6 +29,17 @@ const MAX_KEPT: usize = 128;
 struct Calibration {
     frame_id: String,
     camera: CameraModel,
+    /// The one before that, where it was another: images that wait may still be of it.
+    before: Option<CameraModel>,
+}
+
+impl Calibration {
+    /// The newest for images of a size, or the newest of all.
+    fn for_size(&self, width: u32, height: u32) -> CameraModel {
+        let all = [Some(self.camera), self.before].into_iter().flatten();
+        let mut fitting = all.filter(|camera| (camera.width, camera.height) == (width, height));
+        fitting.next().unwrap_or(self.camera)
+    }
 }
 
 struct Pending {
@@ -43,7 +54,7 @@ pub(crate) struct Synchronizer {
     depth_unit_m: f64,
     pair_tolerance_ns: u64,
     transform_tolerance_ns: u64,
-    calibrations: HashMap<String, Calibration>,
+    calibrations: BTreeMap<String, Calibration>,
     /// In order of stamps.
     pending: VecDeque<Pending>,
     colors: VecDeque<ImageMessage>,
@@ -61,7 +72,7 @@ impl Synchronizer {
             depth_unit_m: config.depth_unit_m,
             pair_tolerance_ns: duration_ns(config.pair_tolerance_s),
             transform_tolerance_ns: duration_ns(config.transform_tolerance_s),
-            calibrations: HashMap::new(),
+            calibrations: BTreeMap::new(),
             pending: VecDeque::new(),
             colors: VecDeque::new(),
             confidences: VecDeque::new(),
@@ -116,7 +127,9 @@ impl Synchronizer {
             }
             Event::Confidence(image) => keep(&mut self.confidences, image),
             Event::Calibration { topic, frame_id, camera } => {
-                self.calibrations.insert(topic, Calibration { frame_id, camera });
+                let old = self.calibrations.remove(&topic);
+                let before = old.and_then(|old| Some(old.camera).filter(|was| *was != camera).or(old.before));
+                self.calibrations.insert(topic, Calibration { frame_id, camera, before });
             }
         }
         self.settle(poses, report);
@@ -183,19 +196,18 @@ impl Synchronizer {
     }
 
     /// The calibration on `topic`, or without one that of the frame.
-    fn calibration(&self, topic: Option<&str>, frame_id: &str) -> Option<CameraModel> {
-        let found = match topic {
+    fn calibration(&self, topic: Option<&str>, frame_id: &str) -> Option<&Calibration> {
+        match topic {
             Some(topic) => self.calibrations.get(topic),
             None => self.calibrations.values().find(|calibration| calibration.frame_id == frame_id),
-        };
-        found.map(|calibration| calibration.camera)
+        }
     }
 
     /// As [`Self::calibration`]; without a topic, the only one there is serves too.
-    fn depth_calibration(&self, frame_id: &str) -> Option<CameraModel> {
+    fn depth_calibration(&self, frame_id: &str) -> Option<&Calibration> {
         let topic = self.streams.depth_info.as_deref();
         let only = || match self.calibrations.values().collect::<Vec<_>>()[..] {
-            [only] if topic.is_none() => Some(only.camera),
+            [only] if topic.is_none() => Some(only),
             _ => None,
         };
         self.calibration(topic, frame_id).or_else(only)
@@ -216,9 +228,10 @@ impl Synchronizer {
     /// The depth image, or why there is none.
     fn depth(&self, image: &ImageMessage) -> Result<DepthImage, String> {
         let decoded = image.depth(self.depth_unit_m).map_err(|error| error.to_string())?;
-        let camera = self
+        let calibration = self
             .depth_calibration(&image.frame_id)
             .ok_or_else(|| format!("no usable calibration came on {}", self.info_name()))?;
+        let camera = calibration.for_size(decoded.width, decoded.height);
         fits(&camera, decoded.width, decoded.height)?;
         Ok(DepthImage {
             stamp_ns: image.stamp_ns,
@@ -277,7 +290,9 @@ impl Synchronizer {
         depth: &DepthImage,
     ) -> Result<ColorImage, String> {
         let decoded = message.color().map_err(|error| error.to_string())?;
-        let own = self.calibration(self.streams.color_info.as_deref(), &message.frame_id);
+        let own = self
+            .calibration(self.streams.color_info.as_deref(), &message.frame_id)
+            .map(|calibration| calibration.for_size(decoded.width, decoded.height));
         let shared = (message.frame_id == image.frame_id).then_some(depth.camera);
         let camera = own.or(shared).ok_or("no usable calibration came for the colour camera")?;
         fits(&camera, decoded.width, decoded.height)?;

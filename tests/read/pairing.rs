@@ -151,6 +151,24 @@ fn bad_intrinsics_are_counted_and_good_ones_wait() {
 }
 
 #[test]
+fn images_that_wait_keep_the_calibration_of_their_size() {
+    let mut recorder = Recorder::new();
+    recorder.color(at_ms(0), 1);
+    // Waits for the next colour image, before which the camera changes its size.
+    recorder.depth(at_ms(10), 7);
+    let mut info = camera_info(at_ms(20), "cam_optical");
+    info.height = 6;
+    recorder.info(DEPTH_INFO, at_ms(20), &info);
+    let mut large = depth_image(at_ms(30), 7);
+    (large.height, large.data) = (6, vec![1; 48]);
+    recorder.image(DEPTH, at_ms(30), &large);
+    recorder.color(at_ms(40), 2);
+    let (frames, report) = read_mcap(&recorder.save(), &Config::default()).unwrap();
+    let heights: Vec<u32> = frames.iter().map(|frame| frame.depth.camera.height).collect();
+    assert_eq!(heights, [3, 6], "{report:?}");
+}
+
+#[test]
 fn a_recording_whose_calibrations_are_all_bad_is_an_error() {
     let mut recorder = Recorder::new();
     let mut info = camera_info(at_ms(0), "cam_optical");

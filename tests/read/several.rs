@@ -2,16 +2,20 @@
 
 use std::path::Path;
 
+use glam::DVec2;
 use limpid::Config;
 use limpid::config::{SensorConfig, SensorKind};
 use limpid::input::{SourceReport, open_source};
+use limpid::sensor::SensorModel;
+use limpid::message::ros2::{Pose, PoseStamped, Vector3};
 use limpid::sensor::Observation;
 use limpid::sensor::SensorModel;
 
 use super::source::read_source;
-use super::synthetic::{Recorder, at_ms, camera_info, depth_image};
+use super::synthetic::{Recorder, at_ms, camera_info, depth_image, header};
 use super::trio::{ALL_FRAMES, Drive, Message, camera, cloud, lidar, three, write};
 use super::{noted, skipped};
+use crate::support::data_dir;
 
 /// How many observations each sensor gave.
 fn counts(observations: &[Observation]) -> [usize; 3] {
@@ -304,4 +308,66 @@ fn lidars_without_any_transforms_have_no_common_map() {
     let config = Config { sensors: sensors[..1].to_vec(), ..Config::default() };
     let (one, _) = read_source(&saved.path, &config);
     assert!(one.len() == 5 && one.iter().all(|o| o.pose.is_some() && o.map_frame == "lidar"));
+}
+
+#[test]
+fn lidars_with_packets_have_a_decoder_each() {
+    let Some(path) = data_dir("lidar/vlp16-dual.mcap") else { return };
+    let (alone, _) = read_source(&path, &Config::default());
+    let bytes = std::fs::read(&path).unwrap();
+    let mut recorder = Recorder::new();
+    for message in mcap::MessageStream::new(&bytes).unwrap() {
+        let message = message.unwrap();
+        let (channel, schema) = (&message.channel, message.channel.schema.as_ref().unwrap());
+        for side in ["left", "right"] {
+            let topic = format!("/{side}{}", channel.topic);
+            let encoding = &channel.message_encoding;
+            recorder.bytes(&topic, &schema.name, encoding, message.log_time, &message.data);
+        }
+    }
+    let saved = recorder.save();
+    let (found, _) = read_source(&saved.path, &Config::default());
+    assert_eq!(found, alone, "the first of both");
+    let source = open_source(&saved.path, &Config::default()).unwrap();
+    let noted = source.report().read.notes.join(" ");
+    let topic = noted.split("topic: /left").nth(1).unwrap().split(' ').next().unwrap().to_owned();
+    let sensor = |side: &str| SensorConfig { name: side.into(), ..lidar(&format!("/{side}{topic}")) };
+    let config = Config { sensors: vec![sensor("left"), sensor("right")], ..Config::default() };
+    let (both, report) = read_source(&saved.path, &config);
+    for at in 0..2 {
+        let of_one = both.iter().filter(|o| o.sensor == at).map(Observation::scan);
+        assert!(of_one.eq(alone.iter().map(Observation::scan)), "{at}");
+    }
+    assert!(both.is_sorted_by_key(Observation::stamp_ns));
+    assert_eq!(late(&report), [0, 0]);
+}
+
+#[test]
+fn a_sensor_has_its_own_tolerance_for_transforms() {
+    let mut drive = Drive::of(2);
+    drive.messages.retain(|(_, message)| !matches!(message, Message::Base(ms) if *ms > 1500));
+    let saved = drive.save(&ALL_FRAMES);
+    let mut config = three();
+    config.sensors[1].parameters.transform_tolerance_s = 0.21;
+    let (observations, _) = read_source(&saved.path, &config);
+    let newest = |at: usize| {
+        observations.iter().filter(|o| o.sensor == at && o.pose.is_some()).map(Observation::stamp_ns).max()
+    };
+    assert_eq!([newest(0), newest(1), newest(2)], [at_ms(1485), at_ms(1700), at_ms(1500)].map(Some));
+}
+
+#[test]
+fn a_goal_holds_for_all_sensors_from_its_stamp_on() {
+    let saved = Drive::of(1).save(&ALL_FRAMES);
+    let mut recorder = Recorder::new();
+    let pose = Pose { position: Vector3 { x: 2.0, y: 1.0, z: 0.0 }, ..Pose::default() };
+    let goal = PoseStamped { header: header(at_ms(500), "map"), pose };
+    recorder.ros("/goal", "geometry_msgs/msg/PoseStamped", at_ms(0), &goal);
+    copy(&saved.path, &mut recorder);
+    let config = Config { goal_topic: "/goal".into(), ..three() };
+    let (observations, _) = read_source(&recorder.save().path, &config);
+    for observation in observations {
+        let expected = (observation.stamp_ns() >= at_ms(500)).then_some(DVec2::new(2.0, 1.0));
+        assert_eq!(observation.goal_m, expected);
+    }
 }

@@ -63,6 +63,13 @@ fn single_sensors_give_what_their_readers_gave() {
 }
 
 #[test]
+fn a_camera_none_of_whose_images_can_be_used_is_an_error() {
+    let Some(path) = data_dir("field/k-zero-p-valid/in.mcap") else { return };
+    let error = open_source(&path, &Config::default()).err().unwrap().to_string();
+    assert!(error.contains("none of its 12 depth images can be used"), "{error}");
+}
+
+#[test]
 fn a_digest_tells_poses_apart() {
     let mut source = open_source(Path::new("testdata/room.mcap"), &Config::default()).unwrap();
     let first = source.next().unwrap().unwrap();
