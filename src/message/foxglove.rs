@@ -14,15 +14,6 @@ pub struct Timestamp {
     pub nanos: i32,
 }
 
-impl Timestamp {
-    /// The time of a stamp in nanoseconds.
-    pub fn from_stamp_ns(stamp_ns: u64) -> Self {
-        // Neither is too large for its type.
-        let seconds = i64::try_from(stamp_ns / 1_000_000_000).unwrap_or(i64::MAX);
-        Self { seconds, nanos: i32::try_from(stamp_ns % 1_000_000_000).unwrap_or_default() }
-    }
-}
-
 /// Nanoseconds since the Unix epoch.
 ///
 /// # Errors
@@ -241,49 +232,6 @@ pub struct PointCloud {
     pub fields: Vec<PackedElementField>,
     /// The points.
     #[prost(bytes = "vec", tag = "6")]
-    pub data: Vec<u8>,
-}
-
-/// `foxglove.Vector2`.
-#[derive(Clone, Copy, PartialEq, prost::Message)]
-pub struct Vector2 {
-    /// Metres.
-    #[prost(double, tag = "1")]
-    pub x: f64,
-    /// Metres.
-    #[prost(double, tag = "2")]
-    pub y: f64,
-}
-
-/// `foxglove.Grid`.
-#[derive(Clone, PartialEq, prost::Message)]
-pub struct Grid {
-    /// Time of the grid.
-    #[prost(message, optional, tag = "1")]
-    pub timestamp: Option<Timestamp>,
-    /// Frame that the pose is given in.
-    #[prost(string, tag = "2")]
-    pub frame_id: String,
-    /// Pose of the corner of cell (0, 0).
-    #[prost(message, optional, tag = "3")]
-    pub pose: Option<Pose>,
-    /// Cells along x.
-    #[prost(fixed32, tag = "4")]
-    pub column_count: u32,
-    /// Size of a cell.
-    #[prost(message, optional, tag = "5")]
-    pub cell_size: Option<Vector2>,
-    /// Bytes from one row to the next.
-    #[prost(fixed32, tag = "6")]
-    pub row_stride: u32,
-    /// Bytes from one cell to the next.
-    #[prost(fixed32, tag = "7")]
-    pub cell_stride: u32,
-    /// What a cell holds.
-    #[prost(message, repeated, tag = "8")]
-    pub fields: Vec<PackedElementField>,
-    /// The cells, row 0 = smallest y.
-    #[prost(bytes = "vec", tag = "9")]
     pub data: Vec<u8>,
 }
 

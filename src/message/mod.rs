@@ -1,7 +1,6 @@
 //! Messages as they lie in recordings: bytes in, values out, no I/O.
 
 pub mod foxglove;
-pub(crate) mod foxglove_schema;
 pub(crate) mod marker;
 pub mod ros1;
 pub mod ros2;

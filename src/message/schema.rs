@@ -17,13 +17,16 @@ macro_rules! definitions {
     };
 }
 
-/// Every interface that limpid writes, from the public ROS 2 interface definitions.
+/// Every interface that limpid writes, from the public ROS 2 interface definitions and Foxglove's.
 const DEFINITIONS: &[Definition] = definitions![
     "builtin_interfaces" "Duration",
     "builtin_interfaces" "Time",
     "diagnostic_msgs" "DiagnosticArray",
     "diagnostic_msgs" "DiagnosticStatus",
     "diagnostic_msgs" "KeyValue",
+    "foxglove_msgs" "Grid",
+    "foxglove_msgs" "PackedElementField",
+    "foxglove_msgs" "Vector2",
     "geometry_msgs" "Point",
     "geometry_msgs" "Pose",
     "geometry_msgs" "Quaternion",

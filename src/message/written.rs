@@ -30,6 +30,7 @@ ros_types![
     TFMessage = "tf2_msgs/msg/TFMessage",
     DiagnosticArray = "diagnostic_msgs/msg/DiagnosticArray",
     RosString = "std_msgs/msg/String",
+    FoxgloveGrid<'a> = "foxglove_msgs/msg/Grid",
 ];
 
 /// `nav_msgs/MapMetaData`.
@@ -126,4 +127,47 @@ pub struct DiagnosticArray {
 pub struct RosString {
     /// The text.
     pub data: String,
+}
+
+/// `foxglove_msgs/Vector2`.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub struct Vector2 {
+    /// Metres.
+    pub x: f64,
+    /// Metres.
+    pub y: f64,
+}
+
+/// `foxglove_msgs/PackedElementField`.
+#[derive(Debug, Clone, Serialize)]
+pub struct PackedElementField {
+    /// What.
+    pub name: String,
+    /// Bytes from the start of the cell.
+    pub offset: u32,
+    /// Type of its number: 1 `u8`, 7 `f32`; little-endian.
+    pub r#type: u8,
+}
+
+/// `foxglove_msgs/Grid`.
+#[derive(Debug, Clone, Serialize)]
+pub struct FoxgloveGrid<'a> {
+    /// Time of the grid.
+    pub timestamp: Time,
+    /// Frame that the pose is given in.
+    pub frame_id: String,
+    /// Corner of cell (0, 0).
+    pub pose: Pose,
+    /// Cells along x.
+    pub column_count: u32,
+    /// Size of a cell.
+    pub cell_size: Vector2,
+    /// Bytes from one row to the next.
+    pub row_stride: u32,
+    /// Bytes from one cell to the next.
+    pub cell_stride: u32,
+    /// What a cell holds.
+    pub fields: Vec<PackedElementField>,
+    /// The cells, row 0 = smallest y.
+    pub data: &'a Bytes,
 }

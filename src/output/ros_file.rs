@@ -1,5 +1,4 @@
-//! An MCAP file of ROS 2 messages: profile `ros2`, zstd chunks, CDR with `ros2msg` schemas; beside them messages of Foxglove
-//! (protobuf).
+//! An MCAP file of ROS 2 messages: profile `ros2`, zstd chunks, CDR with `ros2msg` schemas.
 
 use std::collections::{BTreeMap, HashMap};
 use std::io::{Seek, Write};
@@ -7,12 +6,9 @@ use std::path::{Path, PathBuf};
 
 use ::mcap::records::MessageHeader;
 use ::mcap::{Compression, McapError, WriteOptions, Writer};
-use prost::Message as _;
 
 use crate::base::{Error, Result};
 use crate::message::RosMessage;
-use crate::message::foxglove::Grid;
-use crate::message::foxglove_schema;
 use crate::message::ros2::encode_cdr;
 use crate::message::schema;
 use crate::output::encode_error;
@@ -51,22 +47,10 @@ impl<W: Write + Seek> RosFile<W> {
     /// [`Error::File`] where the target does not take it, [`Error::Encode`] after `finish`.
     pub fn write<M: RosMessage>(&mut self, topic: &str, stamp_ns: u64, message: &M) -> Result<()> {
         if !self.channels.contains_key(topic) {
-            let text = schema::full_text(M::TYPE).map_err(|e| encode_error(&self.path, e))?;
-            self.add_channel(topic, "cdr", (M::TYPE, "ros2msg", text.as_bytes()))?;
+            self.add_channel(topic, M::TYPE)?;
         }
         let data = encode_cdr(M::TYPE, message).map_err(|e| encode_error(&self.path, e))?;
         self.append(topic, stamp_ns, &data)
-    }
-
-    /// As [`Self::write`], of a `foxglove.Grid`.
-    ///
-    /// # Errors
-    /// As there.
-    pub fn write_grid(&mut self, topic: &str, stamp_ns: u64, message: &Grid) -> Result<()> {
-        if !self.channels.contains_key(topic) {
-            self.add_channel(topic, "protobuf", ("foxglove.Grid", "protobuf", &foxglove_schema::grid()))?;
-        }
-        self.append(topic, stamp_ns, &message.encode_to_vec())
     }
 
     /// Appends a message on a topic that has a channel.
@@ -106,13 +90,12 @@ impl<W: Write + Seek> RosFile<W> {
         Ok(Some(target))
     }
 
-    /// Gives a topic a channel; `schema` is its name, encoding and bytes.
-    fn add_channel(&mut self, topic: &str, encoding: &str, schema: (&str, &str, &[u8])) -> Result<()> {
-        let (name, schema_encoding, bytes) = schema;
+    fn add_channel(&mut self, topic: &str, type_name: &str) -> Result<()> {
+        let text = schema::full_text(type_name).map_err(|e| encode_error(&self.path, e))?;
         let writer = self.writer.as_mut().ok_or_else(|| finished(&self.path))?;
         let channel = writer
-            .add_schema(name, schema_encoding, bytes)
-            .and_then(|schema| writer.add_channel(schema, topic, encoding, &BTreeMap::new()));
+            .add_schema(type_name, "ros2msg", text.as_bytes())
+            .and_then(|schema| writer.add_channel(schema, topic, "cdr", &BTreeMap::new()));
         let id = channel.map_err(|e| mcap_error(&self.path, e))?;
         self.channels.insert(topic.to_owned(), Channel { id, sequence: 0 });
         Ok(())

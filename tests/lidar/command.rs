@@ -52,7 +52,9 @@ fn run_writes_plan_maps_in_every_form() {
     };
     assert_eq!(names(&png), ["000000-map.png", "000001-map.png"]);
     let expected = [
+        "age_s.exr",
         "class.exr",
+        "cost.exr",
         "costmap.exr",
         "false_negative.exr",
         "false_positive.exr",
@@ -63,6 +65,8 @@ fn run_writes_plan_maps_in_every_form() {
         "intensity_below.exr",
         "intensity_plane.exr",
         "plan.exr",
+        "reason.exr",
+        "sensor.exr",
         "true_positive.exr",
     ];
     assert_eq!(names(&format!("{dump}/000001")), expected);

@@ -6,7 +6,6 @@ use glam::DVec2;
 use limpid::Config;
 use limpid::config::{SensorConfig, SensorKind};
 use limpid::input::{SourceReport, open_source};
-use limpid::sensor::SensorModel;
 use limpid::message::ros2::{Pose, PoseStamped, Vector3};
 use limpid::sensor::Observation;
 use limpid::sensor::SensorModel;

@@ -1,6 +1,6 @@
 """Reads an MCAP with the reference Python readers and prints what is in it as JSON.
 
-Needs the packages mcap, mcap-protobuf-support, mcap-ros2-support and numpy.
+Needs the packages mcap, mcap-ros2-support and numpy.
     python read_output.py out.mcap            topics, types, counts and decoded values of the first message
     python read_output.py out.mcap --check    also checks the rules between limpid's topics; exits 1 at the first broken one
 """
@@ -12,15 +12,12 @@ import sys
 
 import numpy as np
 from mcap.reader import make_reader
-from mcap_protobuf.decoder import DecoderFactory as ProtobufFactory
 from mcap_ros2.decoder import DecoderFactory
 
 ENCODINGS = {"mono8": np.uint8, "16UC1": np.uint16, "32FC1": np.float32}
 
 
 def nanoseconds(stamp):
-    if hasattr(stamp, "seconds"):  # google.protobuf.Timestamp
-        return stamp.seconds * 1_000_000_000 + stamp.nanos
     return stamp.sec * 1_000_000_000 + stamp.nanosec
 
 
@@ -95,7 +92,7 @@ def verdicts(grid):
     kind = np.dtype({"names": ["cost", "reason", "sensor", "age_s"], "formats": ["u1", "u1", "u1", "<f4"],
                      "offsets": [0, 1, 2, 4], "itemsize": grid.cell_stride})
     assert grid.row_stride == grid.cell_stride * grid.column_count
-    return np.frombuffer(grid.data, kind).reshape(-1, grid.column_count)
+    return np.frombuffer(bytes(grid.data), kind).reshape(-1, grid.column_count)
 
 
 def describe_verdicts(grid):
@@ -106,7 +103,7 @@ def describe_verdicts(grid):
 
 
 DESCRIBE = {
-    "foxglove.Grid": describe_verdicts,
+    "foxglove_msgs/msg/Grid": describe_verdicts,
     "nav_msgs/msg/OccupancyGrid": describe_grid,
     "nav2_msgs/msg/Costmap": describe_grid,
     "sensor_msgs/msg/Image": describe_image,
@@ -153,14 +150,14 @@ def main():
 
     frames, topics = collections.defaultdict(list), {}
     with open(arguments.file, "rb") as file:
-        reader = make_reader(file, validate_crcs=True, decoder_factories=[DecoderFactory(), ProtobufFactory()])
+        reader = make_reader(file, validate_crcs=True, decoder_factories=[DecoderFactory()])
         profile = reader.get_header().profile
         for schema, channel, message, decoded in reader.iter_decoded_messages():
             frames[channel.topic].append(decoded)
             topic = topics.setdefault(channel.topic, {"type": schema.name, "count": 0})
             topic["count"] += 1
             if topic["count"] == 1:
-                if schema.encoding == "protobuf":
+                if hasattr(decoded, "timestamp"):
                     stamp, frame_id = decoded.timestamp, decoded.frame_id
                 else:
                     header = getattr(decoded, "header", None) or decoded.transforms[0].header

@@ -5,9 +5,10 @@ use serde_bytes::Bytes;
 use super::Out;
 use crate::base::Result;
 use crate::map::{CellClass, Grid, MapUpdate, Verdict};
-use crate::message::foxglove;
 use crate::message::ros2::{Header, Pose, Quaternion, Vector3};
-use crate::message::written::{Costmap, CostmapMetaData, MapMetaData, OccupancyGrid};
+use crate::message::written::{
+    Costmap, CostmapMetaData, FoxgloveGrid, MapMetaData, OccupancyGrid, PackedElementField, Vector2,
+};
 use crate::output::{grid_mismatch, narrow};
 
 /// Name of the costmap layer.
@@ -28,7 +29,8 @@ pub(super) fn write(out: &mut Out, stamp_ns: u64, map_frame: &str, map: &MapUpda
     if map.verdicts.is_empty() {
         return Ok(());
     }
-    out.file.write_grid("/limpid/verdicts", stamp_ns, &verdict_grid(stamp_ns, map_frame, map))
+    let cells: Vec<u8> = map.verdicts.iter().flat_map(bytes_of_verdict).collect();
+    out.put("/limpid/verdicts", stamp_ns, &verdict_grid(&header, &map.grid, Bytes::new(&cells)))
 }
 
 /// Nav2 costs as an `OccupancyGrid` and as a `Costmap`.
@@ -82,31 +84,29 @@ pub fn occupancy_of_cost(cost: u8) -> i8 {
 /// Bytes of a cell of the verdicts' grid; the age lies on a multiple of its size.
 const VERDICT_STRIDE: u32 = 8;
 
-/// The verdicts with fields `cost`, `reason`, `sensor` and `age_s`.
-fn verdict_grid(stamp_ns: u64, map_frame: &str, map: &MapUpdate) -> foxglove::Grid {
-    use foxglove::packed_element_field::NumericType::{Float32, Uint8};
-    let fields = [("cost", 0, Uint8), ("reason", 1, Uint8), ("sensor", 2, Uint8), ("age_s", 4, Float32)];
-    let field = |(name, offset, number): (&str, u32, foxglove::packed_element_field::NumericType)| {
-        foxglove::PackedElementField { name: name.into(), offset, r#type: number.into() }
-    };
-    let cell = |verdict: &Verdict| {
-        let [a, b, c, d] = narrow(verdict.age_s()).to_le_bytes();
-        [verdict.cost(), verdict.reason(), verdict.sensor_number(), 0, a, b, c, d]
-    };
-    let Grid { origin_x_m, origin_y_m, resolution_m, width, .. } = map.grid;
-    foxglove::Grid {
-        timestamp: Some(foxglove::Timestamp::from_stamp_ns(stamp_ns)),
-        frame_id: map_frame.into(),
-        pose: Some(foxglove::Pose {
-            position: Some(foxglove::Vector3 { x: origin_x_m, y: origin_y_m, z: 0.0 }),
-            orientation: Some(foxglove::Quaternion { x: 0.0, y: 0.0, z: 0.0, w: 1.0 }),
-        }),
-        column_count: width,
-        cell_size: Some(foxglove::Vector2 { x: resolution_m, y: resolution_m }),
-        row_stride: width * VERDICT_STRIDE,
+/// Name, offset and `PackedElementField` type of a verdict's parts: 1 is `UINT8`, 7 `FLOAT32`.
+const VERDICT_FIELDS: [(&str, u32, u8); 4] =
+    [("cost", 0, 1), ("reason", 1, 1), ("sensor", 2, 1), ("age_s", 4, 7)];
+
+/// As [`VERDICT_FIELDS`] says.
+fn bytes_of_verdict(verdict: &Verdict) -> [u8; VERDICT_STRIDE as usize] {
+    let [a, b, c, d] = narrow(verdict.age_s()).to_le_bytes();
+    [verdict.cost(), verdict.reason(), verdict.sensor_number(), 0, a, b, c, d]
+}
+
+fn verdict_grid<'a>(header: &Header, grid: &Grid, data: &'a Bytes) -> FoxgloveGrid<'a> {
+    let field =
+        |(name, offset, r#type): (&str, u32, u8)| PackedElementField { name: name.into(), offset, r#type };
+    FoxgloveGrid {
+        timestamp: header.stamp,
+        frame_id: header.frame_id.clone(),
+        pose: origin(grid),
+        column_count: grid.width,
+        cell_size: Vector2 { x: grid.resolution_m, y: grid.resolution_m },
+        row_stride: grid.width * VERDICT_STRIDE,
         cell_stride: VERDICT_STRIDE,
-        fields: fields.map(field).into(),
-        data: map.verdicts.iter().flat_map(cell).collect(),
+        fields: VERDICT_FIELDS.map(field).into(),
+        data,
     }
 }
 

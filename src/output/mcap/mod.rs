@@ -37,7 +37,7 @@ const NAMELESS_LIDAR_FRAME: &str = "lidar";
 /// | `/limpid/costmap` | `nav_msgs/OccupancyGrid`, see [`occupancy_of_cost`] | oldest data used |
 /// | `/limpid/costmap_raw` | `nav2_msgs/Costmap` | oldest data used |
 /// | `/limpid/classes` | `nav_msgs/OccupancyGrid`, where a lidar takes part: 0 free, 25 passable, 50 inflated, 75 transparent, 100 solid, -1 unknown | oldest data used |
-/// | `/limpid/verdicts` | `foxglove.Grid` (protobuf) of the rule's verdicts (spec 4 §4), where they were read back: `cost` before inflation, `reason` (row of the rule), `sensor` (counted from 1; 0: none), `age_s` | oldest data used |
+/// | `/limpid/verdicts` | `foxglove_msgs/Grid` of the rule's verdicts (spec 4 §4), where they were read back: `cost` before inflation, `reason` (row of the rule), `sensor` (counted from 1; 0: none), `age_s` | oldest data used |
 /// | `/limpid/diagnostics` | `diagnostic_msgs/DiagnosticArray`: each sensor, and the map | oldest data used |
 /// | `/tf` | map from base, base from sensor, where the map is not the sensor's own frame | depth image, or scan |
 /// | `/limpid/reliability` | `mono8`, R * 255 | depth image |
