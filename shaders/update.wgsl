@@ -80,13 +80,8 @@ fn update(@builtin(global_invocation_id) id: vec3<u32>) {
         cell.occupancy = lambda * cell.occupancy + (1.0 - lambda) * e;
         now = next_state(now, cell.occupancy, run >= update_params.confirmations, seen);
     }
-    if hit {
-        mark_hit(slot, cell_hits[i], cell.top > FLOOR);
-    }
-    if seen {
-        mark_seen(slot, now != FREE);
-    }
     if hit || seen {
+        mark(slot, hit, cell_hits[i], cell.top > FLOOR, now != FREE);
         cell.top = select(max(cell.top, cell_hits[i].top), select(cell.top, 0u, now == FREE), seen);
         cell.state = now | (run << 8u);
         cells[slot] = from_cell(cell);

@@ -158,7 +158,8 @@ fn one_map_plans() -> Vec<Plan> {
             let config = Config { inflation_law, ..small_map() };
             let side = config.cells_per_side().unwrap();
             let (cameras, glass_lidars) = (2 * u32::from(layers.cameras), u32::from(layers.panes));
-            let map = Arc::new(MapJob { config, side, layers, cameras, glass_lidars, apart: true });
+            let map =
+                Arc::new(MapJob { config, side, layers, sensors: 3, cameras, glass_lidars, apart: true });
             plans.push(mapper::map_plan(&mapper::map_stages(&map)).unwrap());
             let scope = || "top".to_owned();
             if layers.cameras {

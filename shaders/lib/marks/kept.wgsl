@@ -16,9 +16,9 @@ override lowest: bool = false;
 @group(0) @binding(7) var<uniform> cell_marks_params: CellMarksParams;
 @group(0) @binding(8) var<storage, read_write> cell_marks: array<vec2<u32>>;
 
-// Whether the cell was seen since: then this frame changes nothing of it.
+// Whether the cell was seen since, which only another camera can have done: then this frame changes nothing of it.
 fn is_late(slot: u32) -> bool {
-    return cell_marks[slot].x > cell_marks_params.tick;
+    return timed && cell_marks[slot].x > cell_marks_params.tick;
 }
 
 fn lambda_of(slot: u32) -> f32 {
@@ -30,26 +30,32 @@ fn lambda_of(slot: u32) -> f32 {
     return exp2(cell_marks_params.log2_lambda_per_tick * f32(since));
 }
 
-fn set_mark(slot: u32, low: u32, reliability: u32) {
+// Mean R of the frame's hits in 1/255.
+fn mean_reliability(hits: CellHits) -> u32 {
+    if !weighted || (gated && !lowest) {
+        return 255u;
+    }
+    let mean = f32(hits.weight) / (f32(max(hits.count, 1u)) * update_params.weight_scale);
+    return u32(clamp(mean, 0.0, 1.0) * 255.0 + 0.5);
+}
+
+// Lowest hit of the frame.
+fn low_of(hits: CellHits) -> u32 {
+    return u32(min(steps_to_height(max(~hits.low, FLOOR + 1u)) * RECORD_STEPS_PER_M, MOST_RECORD_STEPS));
+}
+
+// Marks a cell that was hit, or else seen through. `had_hits`: hits before this frame are remembered; `keeps_hits`: they stay so
+// when it is seen through.
+fn mark(slot: u32, hit: bool, hits: CellHits, had_hits: bool, keeps_hits: bool) {
+    var low = 0u;
+    var reliability = select(0u, mean_reliability(hits), hit);
+    if lowest {
+        let old = cell_marks[slot].y;
+        let kept = old & 0xffffu;
+        let hit_low = select(low_of(hits), min(low_of(hits), kept), had_hits);
+        low = select(select(0u, kept, keeps_hits), hit_low, hit);
+        reliability = select(select(0u, (old >> 16u) & 0xffu, keeps_hits), reliability, hit);
+    }
     let sensor = cell_marks_params.sensor << SENSOR_SHIFT;
     cell_marks[slot] = vec2(cell_marks_params.tick, low | (reliability << 16u) | sensor);
-}
-
-// `had_hits`: whether others before it are remembered too.
-fn mark_hit(slot: u32, hits: CellHits, had_hits: bool) {
-    var low = 0u;
-    if lowest {
-        low = u32(min(steps_to_height(max(~hits.low, FLOOR + 1u)) * RECORD_STEPS_PER_M, MOST_RECORD_STEPS));
-        low = select(low, min(low, cell_marks[slot].y & 0xffffu), had_hits);
-    }
-    var mean = 1.0;
-    if weighted && (!gated || lowest) {
-        mean = f32(hits.weight) / (f32(max(hits.count, 1u)) * update_params.weight_scale);
-    }
-    set_mark(slot, low, u32(clamp(mean, 0.0, 1.0) * 255.0 + 0.5));
-}
-
-fn mark_seen(slot: u32, keeps_hits: bool) {
-    let old = select(0u, cell_marks[slot].y, keeps_hits);
-    set_mark(slot, old & 0xffffu, (old >> 16u) & 0xffu);
 }

@@ -7,6 +7,4 @@ fn lambda_of(slot: u32) -> f32 {
     return update_params.lambda;
 }
 
-fn mark_hit(slot: u32, hits: CellHits, had_hits: bool) {}
-
-fn mark_seen(slot: u32, keeps_hits: bool) {}
+fn mark(slot: u32, hit: bool, hits: CellHits, had_hits: bool, keeps_hits: bool) {}
