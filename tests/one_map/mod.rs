@@ -1,0 +1,11 @@
+//! The one map through the mapper: observations of several sensors in, published maps out (spec 4).
+
+mod clock;
+mod ghost;
+mod order;
+mod outage;
+mod panes;
+mod refusals;
+mod rig;
+mod rows;
+mod rows_refuted;
