@@ -36,7 +36,7 @@ fn truth_a_stamp_30_s_ahead_is_refused_until_the_fourth_in_a_row() {
         return;
     }
     let mut rig = rig();
-    [FRONT, REAR].map(|sensor| rig.see(&look(sensor, 0, &with_post())));
+    [FRONT, REAR].into_iter().for_each(|sensor| drop(rig.see(&look(sensor, 0, &with_post()))));
     let ahead = |rig: &mut Rig, ms: u64| rig.refuse(&look(REAR, ms + 30_000, &with_post()));
     for round in 1..=3 {
         // Three ahead, and then a good one: they are counted anew.

@@ -2,6 +2,7 @@
 
 mod clock;
 mod ghost;
+mod moving;
 mod order;
 mod outage;
 mod panes;
@@ -9,3 +10,4 @@ mod refusals;
 mod rig;
 mod rows;
 mod rows_refuted;
+mod states;

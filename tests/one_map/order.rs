@@ -13,7 +13,7 @@ use crate::support::scene::{Block, Scene, small_camera};
 
 /// What is done with a mapper.
 enum Step {
-    See(Observation),
+    See(Box<Observation>),
     Publish,
 }
 
@@ -32,13 +32,13 @@ fn steps() -> Vec<Step> {
     let mut steps = Vec::new();
     for ms in 0..400 {
         if ms % 33 == 0 {
-            steps.push(Step::See(frame(0, ms, &scene(), small_camera(), mount(0.0, 0.2))));
+            steps.push(Step::See(Box::new(frame(0, ms, &scene(), small_camera(), mount(0.0, 0.2)))));
         }
         if ms % 50 == 7 {
-            steps.push(Step::See(frame(1, ms, &scene(), small_camera(), mount(0.6, 0.2))));
+            steps.push(Step::See(Box::new(frame(1, ms, &scene(), small_camera(), mount(0.6, 0.2)))));
         }
         if ms % 100 == 20 {
-            steps.push(Step::See(sweep(2, ms, &dim_wall(2.52, -0.5..0.5, 0.7))));
+            steps.push(Step::See(Box::new(sweep(2, ms, &dim_wall(2.52, -0.5..0.5, 0.7)))));
         }
         if ms % 100 == 99 {
             steps.push(Step::Publish);

@@ -34,7 +34,7 @@ fn both() -> Rig {
     let config = config();
     let mut rig = Rig::open(&config, &two_cameras(&config));
     for index in 0..FRAMES {
-        [FRONT, REAR].map(|sensor| rig.see(&look(sensor, index * FRAME_MS)));
+        [FRONT, REAR].into_iter().for_each(|sensor| drop(rig.see(&look(sensor, index * FRAME_MS))));
     }
     rig
 }
@@ -131,7 +131,7 @@ fn a_timeout_of_0_never_ends() {
     let config = config();
     let sensors = two_cameras(&config).map(|sensor| SensorInfo { timeout_s: 0.0, ..sensor });
     let mut rig = Rig::open(&config, &sensors);
-    [FRONT, REAR].map(|sensor| rig.see(&look(sensor, 0)));
+    [FRONT, REAR].into_iter().for_each(|sensor| drop(rig.see(&look(sensor, 0))));
     let out = rig.publish(Some(3_600_000));
     assert_eq!(out.map.state, State::Ok);
     assert!(out.of(9, FRONT).len() > 1000 && out.of(9, REAR).len() > 1000);

@@ -95,3 +95,71 @@ fn truth_row_5_needs_newer_beams_at_the_heights_of_the_hits_and_between() {
     ends.push(([1.52, 0.02, 0.7], 40.0));
     assert_eq!(at(&ends, 100), (4, 254), "one beam ends there");
 }
+
+#[test]
+fn truth_beams_over_a_low_box_say_nothing_of_it() {
+    if skipped() {
+        return;
+    }
+    let config = gated(LidarClearsCamera::Always);
+    let mut rig = Rig::open(&config, &camera_and_lidar(&config));
+    let low = room(&[Block::new([1.513, -0.2, 0.0], [1.6, 0.2, 0.3])]);
+    for index in 0..FRAMES {
+        rig.see(&frame(CAMERA, index * FRAME_MS, &low, small_camera(), mount(0.0, 0.2)));
+    }
+    rig.see(&sweep(LIDAR, 400, &beams(0.4, 0.8, 0.05)));
+    let out = rig.publish(None);
+    assert_eq!(out.said(PHANTOM), (6, 254));
+    assert_eq!(
+        (out.said([1.22, 0.02]), out.verdict([1.22, 0.02]).sensor()),
+        ((8, 0), Some(LIDAR)),
+        "before it"
+    );
+    rig.see(&sweep(LIDAR, 410, &beams(0.1, 0.8, 0.05)));
+    assert_eq!(rig.publish(None).said(PHANTOM), (5, 0), "the control: beams at its own heights too");
+}
+
+#[test]
+fn truth_row_5_ends_with_the_camera_s_next_hit() {
+    if skipped() {
+        return;
+    }
+    let config = gated(LidarClearsCamera::Doubtful);
+    let sensors = [camera("front", &config, small_camera(), true), camera_and_lidar(&config)[LIDAR].clone()];
+    let mut rig = Rig::open(&config, &sensors);
+    let look = |rig: &mut Rig, ms: u64| {
+        rig.see(&confident(frame(CAMERA, ms, &scene(), small_camera(), mount(0.0, 0.0)), 0.5));
+        rig.publish(None).said(PHANTOM)
+    };
+    for index in 0..FRAMES {
+        look(&mut rig, index * FRAME_MS);
+    }
+    for round in 0..3 {
+        rig.see(&sweep(LIDAR, 310 + 100 * round, &beams(0.35, 0.85, 0.05)));
+        assert_eq!(rig.publish(None).said(PHANTOM), (5, 0), "after a scan");
+        assert_eq!(look(&mut rig, 340 + 100 * round), (6, 254), "after a frame: its hits are newer");
+    }
+}
+
+#[test]
+fn truth_weighted_hits_are_doubtful_only_where_surer_ones_marked_the_cell() {
+    if skipped() {
+        return;
+    }
+    let config = config();
+    assert_eq!((config.fusion, config.lidar_clears_camera), (Fusion::Weight, LidarClearsCamera::Doubtful));
+    let sensors = [camera("front", &config, small_camera(), true), camera_and_lidar(&config)[LIDAR].clone()];
+    for (weak_frames, said) in [(0, (6, 254)), (3, (5, 0))] {
+        let mut rig = Rig::open(&config, &sensors);
+        for index in 0..FRAMES + weak_frames {
+            let confidence = if index < FRAMES { 1.0 } else { 0.55 };
+            let frame = frame(CAMERA, index * FRAME_MS, &scene(), small_camera(), mount(0.0, 0.0));
+            rig.see(&confident(frame, confidence));
+        }
+        rig.see(&sweep(LIDAR, 500, &beams(0.35, 0.85, 0.05)));
+        assert_eq!(rig.publish(None).said(PHANTOM), said, "{weak_frames} weak frames");
+    }
+    // Weak from the first, the cell never gets to the threshold of 0.7.
+    let out = refuted(&config, 0.55, &beams(0.35, 0.85, 0.05), 100);
+    assert_eq!(out.said(PHANTOM), (8, 0));
+}
