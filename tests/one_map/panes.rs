@@ -129,6 +129,7 @@ fn truth_a_pane_is_glass_and_a_camera_neither_clears_it_nor_sees_beyond() {
     assert!(rows(&without, 9) > cells.len() / 3, "{} of {}", rows(&without, 9), cells.len());
     assert!(rows(&without, 6) >= 6, "{}", rows(&without, 6));
     assert_eq!(without.said([THING_X_M + 0.01, 0.02]), (6, 254));
+    assert!(look(&glass_room(true), true)[1].as_ref() == Some(&after), "the same messages, the same bits");
     // Before the pane the camera frees the floor in both.
     let near = [2.55, 0.25];
     assert_eq!([without.said(near), after.said(near)].map(|said| said.1), [0; 2]);

@@ -89,6 +89,9 @@ fn truth_row_5_needs_newer_beams_at_the_heights_of_the_hits_and_between() {
     assert_eq!(at(&beams(0.35, 0.85, 0.05), 0), (6, 254), "as old as the hits");
     assert_eq!(at(&beams(0.35, 0.85, 0.05), -330), (6, 254), "older than the hits");
     assert_eq!(at(&beams(0.35, 0.85, 0.25), 100), (6, 254), "a board fits between two beams");
+    // Beams at both ends of the hits, which lie between 0.40 and 0.80 m: what is between them decides.
+    assert_eq!(at(&beams(0.405, 0.795, 0.13), 100), (6, 254), "0.13 m apart");
+    assert_eq!(at(&beams(0.405, 0.795, 0.078), 100), (5, 0), "0.08 m apart");
     assert_eq!(at(&beams(0.50, 0.85, 0.05), 100), (6, 254), "no beam as low as the lowest hit");
     assert_eq!(at(&beams(0.35, 0.70, 0.05), 100), (6, 254), "no beam as high as the highest hit");
     let mut ends = beams(0.35, 0.85, 0.05);
