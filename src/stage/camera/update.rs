@@ -6,6 +6,7 @@ use std::sync::Arc;
 use crate::base::Result;
 use crate::config::Method;
 use crate::gpu::{FrameInput, Invocations, Plan, ShaderSource};
+use crate::map::Clock;
 use crate::stage::map::layers::Layers;
 use crate::stage::{CameraJob, Moment, Stage, single};
 
@@ -23,9 +24,6 @@ pub const UPDATE: ShaderSource = ShaderSource {
 
 /// Frame rate for which lambda is stated (spec 1 §3).
 const NOMINAL_RATE_HZ: f64 = 30.0;
-
-/// Length of a tick, seconds.
-const TICK_S: f64 = 0.01;
 
 /// Least logarithm of lambda: what it leaves of any occupancy after one tick is 0 in f32.
 const LEAST_LOG2: f64 = -1000.0;
@@ -76,7 +74,7 @@ crate::params! {
 
 /// The parameters of the marks for one frame of the sensor of that number, counted from 0, where `lambda` is stated for 30 Hz.
 pub fn mark_params(tick: u32, sensor: u32, lambda: f64) -> CellMarksParams {
-    let log2_lambda_per_tick = single((lambda.log2() * TICK_S * NOMINAL_RATE_HZ).max(LEAST_LOG2));
+    let log2_lambda_per_tick = single((lambda.log2() * Clock::TICK_S * NOMINAL_RATE_HZ).max(LEAST_LOG2));
     CellMarksParams { tick, sensor: sensor + 1, log2_lambda_per_tick, pad: 0 }
 }
 
