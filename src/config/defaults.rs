@@ -1,6 +1,6 @@
 //! What every parameter is where nobody states it.
 
-use crate::config::{
+use super::{
     Config, Fusion, InflationKernel, InflationLaw, LayerMeasure, LidarClearsCamera, Method, PlaneSource,
 };
 use crate::sensor::ReturnCodes;
