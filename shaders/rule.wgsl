@@ -12,6 +12,20 @@ struct RuleParams {
     pad1: u32,
 }
 
+// What a layer says of a cell.
+struct Said {
+    state: u32,     // bits of the rule
+    tick: u32,      // of its last evidence
+    sensor: u32,    // + 1; 0: none
+}
+
+// Heights above the ground, metres: where a camera was hit, or between which beams crossed.
+struct Span {
+    low_m: f32,
+    high_m: f32,
+    gap_m: f32,     // largest gap between neighbouring beams
+}
+
 @group(0) @binding(0) var<uniform> rule_params: RuleParams;
 @group(0) @binding(5) var<storage, read_write> verdicts: array<u32>;
 

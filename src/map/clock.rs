@@ -64,6 +64,9 @@ pub struct Clock {
 }
 
 impl Clock {
+    /// Length of a tick, seconds.
+    pub const TICK_S: f64 = std::time::Duration::from_nanos(TICK_NS).as_secs_f64();
+
     /// A duration in ticks, rounded up; 0 of 0.
     pub fn ticks(seconds: f64) -> u32 {
         u32::try_from(duration_ns(seconds).div_ceil(TICK_NS)).unwrap_or(u32::MAX)

@@ -76,13 +76,12 @@ pub fn params(moment: &RuleMoment<'_>) -> RuleParams {
 }
 
 /// The files of the pass over those layers, before and after the rule's own text.
-pub fn parts(layers: Layers) -> [&'static str; 9] {
+pub fn parts(layers: Layers) -> [&'static str; 8] {
     [
         include_str!("../../../shaders/lib/cell.wgsl"),
         include_str!("../../../shaders/lib/slot.wgsl"),
         include_str!("../../../shaders/lib/record.wgsl"),
         include_str!("../../../shaders/lib/verdict.wgsl"),
-        include_str!("../../../shaders/lib/rule/said.wgsl"),
         if layers.cameras {
             include_str!("../../../shaders/lib/rule/cameras.wgsl")
         } else {
