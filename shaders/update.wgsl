@@ -71,7 +71,7 @@ fn next_state(old: u32, p: f32, confirmed: bool, seen: bool) -> u32 {
     return select(old, UNKNOWN, old == OCCUPIED);
 }
 
-// Whether the cell was seen since, which only another camera can have done: then this frame changes nothing of it.
+// Whether the cell was seen since: then this frame changes nothing of it. A camera alone has its frames in their order.
 fn is_late(slot: u32) -> bool {
     return timed && cell_marks[slot].x > cell_marks_params.tick;
 }
