@@ -14,6 +14,7 @@ mod map;
 mod network;
 mod plan;
 mod read;
+mod readme;
 mod real;
 mod reference;
 mod shaders;
