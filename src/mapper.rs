@@ -18,7 +18,8 @@ use crate::base::{Error, Refused, Result, duration_ns};
 pub use crate::config::SensorInfo;
 use crate::config::{Config, InflationLaw, Method};
 use crate::gpu::{Context, Executor, FRAMES_IN_FLIGHT, Plan, Store};
-use crate::map::{Clock, PaneSet, Seen, State, Update, Window};
+use crate::map::why::Records;
+use crate::map::{Clock, PaneSet, Seen, State, Update, Why, Window};
 use crate::sensor::{Observation, SensorPose};
 use crate::stage::camera::{
     back_project, drm, ingest, pane_clip, see_through, spatial_median, tally, update, weigh,
@@ -225,6 +226,7 @@ pub enum Submitted {
 /// ```
 pub struct Mapper {
     context: Context,
+    store: Store,
     /// Of the sensors, then that of the map where it is published apart.
     channels: Vec<Channel>,
     map: Arc<MapJob>,
@@ -279,6 +281,7 @@ impl Mapper {
         let timeouts_ns: Vec<u64> = sensors.iter().map(|sensor| duration_ns(sensor.timeout_s)).collect();
         Ok(Self {
             context: context.clone(),
+            store,
             clock: Clock::new(&timeouts_ns),
             channels,
             map,
@@ -472,6 +475,47 @@ impl Mapper {
             *state = said.max(*state);
         }
         map.state = map.sensors.iter().copied().max().unwrap_or_default();
+    }
+
+    /// Why the cell at (`x_m`, `y_m`) of the map is what it is in `update`, which must be the newest result, with nothing under
+    /// way: the layers are asked as they are now. `None` outside of the map, and where `update` has no map.
+    ///
+    /// # Errors
+    /// [`Error::Gpu`], [`Error::DeviceLost`].
+    pub fn why(&self, update: &Update, x_m: f64, y_m: f64) -> Result<Option<Why>> {
+        let (Some(map), Some(window)) = (&update.map, self.window) else { return Ok(None) };
+        let Some([x, y]) = map.grid.cell_at(x_m, y_m) else { return Ok(None) };
+        let side = self.map.side;
+        let [slot_x, slot_y] = window.origin_slot(side);
+        let slot = u64::from((y + slot_y) % side * side + (x + slot_x) % side);
+        let cell = (y * side + x) as usize;
+        let at_m = map.grid.centre_m(x, y);
+        let base = update.map_from_base.translation_m;
+        let records = Records {
+            cell: self.record("cells", slot)?,
+            marks: self.record("cell_marks", slot)?,
+            solid: self.record("solid_cells", slot)?,
+            pane: self.record("pane_cells", slot)?,
+        };
+        let now = self.clock.now();
+        Ok(Some(Why {
+            at_m,
+            range_m: (DVec2::from(at_m) - base.truncate()).length(),
+            cost: map.costmap.get(cell).copied().unwrap_or(255),
+            verdict: map.verdicts.get(cell).copied().unwrap_or_default(),
+            camera: records.camera(now, self.map.config.height_min_m),
+            lidar: records.lidar(now),
+            pane: records.pane(now),
+        }))
+    }
+
+    fn record<const WORDS: usize>(&self, name: &str, slot: u64) -> Result<Option<[u32; WORDS]>> {
+        let bytes = 4 * WORDS as u64;
+        let read = self.store.read(name, slot * bytes, bytes)?;
+        Ok(read.map(|bytes| {
+            let mut words = bytes.chunks_exact(4).map(bytemuck::pod_read_unaligned);
+            std::array::from_fn(|_| words.next().unwrap_or(0))
+        }))
     }
 
     /// Whether as many observations of a sensor are under way as may be.

@@ -102,7 +102,8 @@ impl Clock {
         }
         let since_last_ns = track.last_ns.map(|last_ns| at_ns.saturating_sub(last_ns));
         let began_ns = *self.began_ns.get_or_insert(at_ns);
-        let tick = tick_of(began_ns, at_ns);
+        // A sensor's own order is that of its messages: a stamp that goes back a little is as new as the one before.
+        let tick = tick_of(began_ns, at_ns.max(track.last_ns.unwrap_or(0)));
         if track.is_stale(at_ns) {
             track.fresh_since = tick;
         }

@@ -12,13 +12,14 @@ fn clock() -> Clock {
 
 #[test]
 fn ticks_count_hundredths_from_the_first_stamp() {
-    let mut clock = clock();
+    let mut clock = Clock::new(&[S / 2; 3]);
     assert_eq!(clock.observe(0, BEGAN).tick, 1);
     assert_eq!(clock.observe(1, BEGAN + 25 * MS).tick, 3);
     // Late: its own tick, and the map's time stays.
     assert_eq!(clock.observe(0, BEGAN + 15 * MS).tick, 2);
     assert_eq!((clock.now(), clock.now_ns()), (3, BEGAN + 25 * MS));
-    assert_eq!(clock.observe(1, BEGAN - 5 * MS).tick, 1, "before the map began");
+    assert_eq!(clock.observe(2, BEGAN - 5 * MS).tick, 1, "before the map began");
+    assert_eq!(clock.observe(1, BEGAN - 5 * MS).tick, 3, "a sensor's own messages stay in their order");
 }
 
 #[test]
