@@ -119,13 +119,10 @@ impl Seen {
 /// ```
 /// use limpid::{MapUpdate, map::Grid};
 ///
-/// /// Cost at a place in the map; `None` outside it.
+/// /// Cost at a place in the map; `None` outside of it.
 /// fn cost_at(map: &MapUpdate, x_m: f64, y_m: f64) -> Option<u8> {
-///     let Grid { origin_x_m, origin_y_m, resolution_m, width, height } = map.grid;
-///     let column = ((x_m - origin_x_m) / resolution_m).floor();
-///     let row = ((y_m - origin_y_m) / resolution_m).floor();
-///     let inside = (0.0..f64::from(width)).contains(&column) && (0.0..f64::from(height)).contains(&row);
-///     inside.then(|| map.costmap[row as usize * width as usize + column as usize])
+///     let [column, row] = map.grid.cell_at(x_m, y_m)?;
+///     map.costmap.get(row as usize * map.grid.width as usize + column as usize).copied()
 /// }
 /// # let grid = Grid { origin_x_m: -1.0, origin_y_m: 0.0, resolution_m: 0.5, width: 4, height: 2 };
 /// # let (verdicts, classes, sensors, state) = (Vec::new(), Vec::new(), Vec::new(), limpid::State::Ok);
