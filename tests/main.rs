@@ -12,6 +12,7 @@ mod golden;
 mod lidar;
 mod map;
 mod network;
+mod one_map;
 mod plan;
 mod read;
 mod readme;
