@@ -1,4 +1,4 @@
-//! The mapper, which runs the stages that [`stages`] lists: observations in, one map out.
+//! The mapper, which runs the stages that `mapper/stages.rs` lists: observations in, one map out.
 
 mod build;
 mod channel;
