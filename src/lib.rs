@@ -1,19 +1,38 @@
 #![doc = include_str!("../README.md")]
 
-pub mod base;
 pub mod config;
-pub mod gpu;
 pub mod input;
 pub mod map;
-pub mod mapper;
-pub mod message;
-pub mod network;
-pub mod offline;
 pub mod output;
 pub mod run;
 pub mod sensor;
+
+// Public for the command, the tests and the benchmarks alone: not part of what limpid promises.
+#[doc(hidden)]
+pub mod base;
+#[doc(hidden)]
+pub mod gpu;
+#[doc(hidden)]
+pub mod mapper;
+#[doc(hidden)]
+pub mod message;
+#[doc(hidden)]
+pub mod network;
+#[doc(hidden)]
+pub mod offline;
+#[doc(hidden)]
 pub mod sim;
+#[doc(hidden)]
 pub mod stage;
 
-pub use base::{Error, Result};
-pub use config::Config;
+#[doc(inline)]
+pub use {
+    base::{Error, Refused, Result},
+    config::{Config, SensorInfo},
+    input::{Source, open_source},
+    map::{MapUpdate, State, Update, Verdict},
+    mapper::{Mapper, Options, Submitted},
+    output::Sink,
+    run::{RunReport, run},
+    sensor::Observation,
+};

@@ -1,4 +1,4 @@
-//! The mapper, which runs the stages that [`stages`] lists: observations in, one map out.
+//! The mapper, which runs the stages that `mapper/stages.rs` lists: observations in, one map out.
 
 mod build;
 mod channel;
@@ -25,6 +25,11 @@ use crate::sensor::{Observation, SensorPose};
 use crate::stage::{MapJob, Moment};
 
 /// What a mapper runs on, and what it reads back beside the map.
+///
+/// ```
+/// let options = limpid::Options { adapter: Some("llvmpipe".into()), images: true, ..Default::default() };
+/// assert!(!options.profiling && !options.layers);
+/// ```
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Options {
     /// Part of the adapter's name; `None`: `LIMPID_ADAPTER`, else the best.
@@ -38,6 +43,19 @@ pub struct Options {
 }
 
 /// What became of an observation that was given to the mapper.
+///
+/// ```
+/// use limpid::{Refused, Submitted};
+///
+/// fn refused(submitted: Submitted) -> Option<String> {
+///     match submitted {
+///         Submitted::Taken => None,
+///         Submitted::Refused(reason) => Some(reason.to_string()),
+///     }
+/// }
+/// let told = refused(Submitted::Refused(Refused::NoPose));
+/// assert_eq!(told.as_deref(), Some("no transform from map to sensor"));
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 #[must_use]
 pub enum Submitted {
@@ -51,6 +69,22 @@ pub enum Submitted {
 ///
 /// All sensors write into one map. That of a single sensor comes with each of its observations; that of several is asked for
 /// by [`Mapper::publish`].
+///
+/// ```
+/// use limpid::{Config, Mapper, Options, Submitted};
+/// use limpid::config::Method;
+///
+/// # if let Err(limpid::Error::NoAdapter { .. }) = limpid::gpu::adapters(None) { return Ok(()) }
+/// let config = Config { method: Method::Range, ..Config::default() };
+/// let mut room = limpid::open_source("testdata/room.mcap".as_ref(), &config)?;
+/// let mut mapper = Mapper::open(&config, room.sensors(), &Options::default())?;
+/// if let Some(frame) = room.next()? {
+///     assert_eq!(mapper.submit(&frame)?, Submitted::Taken);
+/// }
+/// let map = mapper.wait()?.and_then(|update| update.map);
+/// assert!(map.is_some_and(|map| map.costmap.len() == 240 * 240));
+/// # Ok::<(), limpid::Error>(())
+/// ```
 pub struct Mapper {
     context: Context,
     store: Store,

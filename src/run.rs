@@ -34,6 +34,11 @@ pub struct SensorRun {
 }
 
 /// What a run did.
+///
+/// ```
+/// let report = limpid::RunReport::default();
+/// assert!(report.taken() == 0 && report.last().is_none());
+/// ```
 #[derive(Debug, Default)]
 pub struct RunReport {
     /// With each sensor, as the source counts them.
@@ -87,6 +92,19 @@ impl RunReport {
 ///
 /// # Errors
 /// [`Error::Empty`] where no observation could be used; errors of the source, the GPU and the sinks.
+///
+/// # Examples
+/// ```
+/// use limpid::config::Method;
+/// use limpid::{Config, Options, open_source, run};
+///
+/// # if let Err(limpid::Error::NoAdapter { .. }) = limpid::gpu::adapters(None) { return Ok(()) }
+/// let config = Config { method: Method::Range, ..Config::default() };
+/// let mut room = open_source("testdata/room.mcap".as_ref(), &config)?;
+/// let report = run(room.as_mut(), 0..3, &config, &Options::default(), &mut [], &mut |_| ())?;
+/// assert_eq!(report.taken(), 3);
+/// # Ok::<(), limpid::Error>(())
+/// ```
 pub fn run(
     source: &mut dyn Source,
     range: Range<u64>,

@@ -15,6 +15,7 @@ mod network;
 mod one_map;
 mod plan;
 mod read;
+mod readme;
 mod real;
 mod reference;
 mod shaders;

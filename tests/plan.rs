@@ -13,6 +13,7 @@ use limpid::stage::camera::drm::Drm;
 use proptest::prelude::*;
 
 use crate::support::camera_job::{job, small_map, tiny_camera};
+use crate::support::readme_part;
 
 limpid::params! {
     /// Parameters of the test passes.
@@ -333,10 +334,7 @@ fn camera_plan(job: &CameraJob) -> Plan {
 #[track_caller]
 fn assert_readme_shows(marker: &str, job: &CameraJob) {
     let table = camera_plan(job).table();
-    let readme =
-        std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/README.md")).unwrap_or_default();
-    let shown = readme.split(&format!("<!-- {marker} -->")).nth(1).unwrap_or_default();
-    let shown = shown.split(&format!("<!-- /{marker} -->")).next().unwrap_or_default().trim();
+    let shown = readme_part(marker);
     assert_eq!(
         shown,
         table.trim(),

@@ -3,9 +3,23 @@
 use std::path::PathBuf;
 
 /// Result of limpid's fallible functions.
+///
+/// ```
+/// fn cells_of(yaml: &str) -> limpid::Result<u32> {
+///     limpid::Config::from_yaml(yaml)?.cells_per_side()
+/// }
+/// assert_eq!(cells_of("map_size_m: 10.0")?, 200);
+/// # Ok::<(), limpid::Error>(())
+/// ```
 pub type Result<T, E = Error> = std::result::Result<T, E>;
 
 /// Everything that can go wrong, each with what it concerns and, where there is one, the mend.
+///
+/// ```
+/// let error = limpid::Config::from_yaml("map_sise_m: 8.0").unwrap_err();
+/// assert!(matches!(&error, limpid::Error::Config { key, .. } if key == "map_sise_m"));
+/// assert!(error.to_string().contains("map_size_m"), "it names the nearest key: {error}");
+/// ```
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {

@@ -1,6 +1,11 @@
 //! Why an observation was not taken: a value to count, apart from errors that end a run.
 
 /// Why the mapper did not take an observation; the map stays as it was.
+///
+/// ```
+/// let refused = limpid::Refused::TooManyPoints { points: 300_000, most: 262_144 };
+/// assert_eq!(refused.to_string(), "300000 points; the mapper is built for 262144 (`max_points`)");
+/// ```
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Refused {

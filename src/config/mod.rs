@@ -74,6 +74,21 @@ pub struct StaticTransform {
 }
 
 /// All parameters of a run. `Config::default()` is what `limpid run` uses without a file.
+///
+/// ```
+/// let robot = limpid::Config::from_yaml(
+///     "
+/// map: {frame: odom, size_m: 12.0, publish_rate_hz: 10.0}
+/// sensors: [front, top]
+/// front: {kind: camera, depth_topic: /front/depth/image_raw, method: range}
+/// top: {kind: lidar, topic: /points, glass: true, timeout_s: 0.3}
+/// ",
+/// )?;
+/// assert_eq!(robot.map_frame, "odom");
+/// assert_eq!((robot.sensors[1].name.as_str(), robot.sensors[1].timeout_s), ("top", 0.3));
+/// assert!(robot.sensors[1].parameters.glass);
+/// # Ok::<(), limpid::Error>(())
+/// ```
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Config {

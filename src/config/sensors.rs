@@ -38,6 +38,14 @@ impl SensorConfig {
 }
 
 /// A sensor of a map: its parameters, and what its first observations say of it.
+///
+/// ```
+/// let room = limpid::open_source("testdata/room.mcap".as_ref(), &limpid::Config::default())?;
+/// let camera = &room.sensors()[0];
+/// assert_eq!((camera.name.as_str(), camera.timeout_s), ("camera", 0.5));
+/// assert!(matches!(&camera.model, limpid::sensor::SensorModel::Camera(info) if info.color.is_some()));
+/// # Ok::<(), limpid::Error>(())
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct SensorInfo {
     /// As the configuration names it; `camera` or `lidar` where it was found in the recording.

@@ -108,6 +108,7 @@ pub trait Params: bytemuck::Pod {
 }
 
 /// Declares a parameter struct with its [`Params`] layout.
+#[doc(hidden)]
 #[macro_export]
 macro_rules! params {
     ($(#[$meta:meta])* pub struct $name:ident { $($(#[$field_meta:meta])* pub $field:ident: $ty:ty,)* }) => {

@@ -48,6 +48,33 @@ pub struct SourceReport {
 
 /// Observations of one or more sensors in order of their stamps as far as it can be known, each sensor's own in the order
 /// of its recording; never holds more than a bounded number.
+///
+/// ```
+/// use limpid::{Observation, Result, SensorInfo, Source, input::SourceReport};
+///
+/// /// Every second observation of another source.
+/// struct Half(Box<dyn Source>);
+///
+/// impl Source for Half {
+///     fn sensors(&self) -> &[SensorInfo] {
+///         self.0.sensors()
+///     }
+///     fn next(&mut self) -> Result<Option<Observation>> {
+///         let _passed_over = self.0.next()?;
+///         self.0.next()
+///     }
+///     fn report(&self) -> SourceReport {
+///         self.0.report()
+///     }
+///     fn count_hint(&self) -> Option<u64> {
+///         self.0.count_hint().map(|count| count / 2)
+///     }
+/// }
+///
+/// let mut half = Half(limpid::open_source("testdata/room.mcap".as_ref(), &limpid::Config::default())?);
+/// assert_eq!(half.next()?.map(|frame| frame.index()), Some(1));
+/// # Ok::<(), limpid::Error>(())
+/// ```
 pub trait Source {
     /// The sensors, which [`Observation::sensor`] counts; known from the start.
     fn sensors(&self) -> &[SensorInfo];
@@ -74,6 +101,18 @@ pub trait Source {
 /// # Errors
 /// [`Error::File`]; [`Error::Format`] for other files and for those that hold no sensor that can be read;
 /// [`Error::Config`] for a configured topic that is absent or of another type.
+///
+/// # Examples
+/// ```
+/// let mut room = limpid::open_source("testdata/room.mcap".as_ref(), &limpid::Config::default())?;
+/// let mut frames = 0;
+/// while let Some(observation) = room.next()? {
+///     assert!(observation.frame().is_some() && observation.pose.is_some());
+///     frames += 1;
+/// }
+/// assert_eq!(frames, 30);
+/// # Ok::<(), limpid::Error>(())
+/// ```
 pub fn open_source(path: &Path, config: &Config) -> Result<Box<dyn Source>> {
     if path.is_file() {
         let mut start = Vec::new();

@@ -1,6 +1,13 @@
 //! The safety state of sensors and of the map.
 
 /// How far a sensor, or the map, can be trusted (spec 4 §3). The map's is the worst of its sensors'.
+///
+/// ```
+/// use limpid::State;
+///
+/// let sensors = [State::Ok, State::Stale, State::Degraded];
+/// assert_eq!(sensors.iter().max(), Some(&State::Stale));
+/// ```
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]
 #[serde(rename_all = "UPPERCASE")]
 pub enum State {

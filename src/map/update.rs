@@ -115,6 +115,22 @@ impl Seen {
 }
 
 /// A published map.
+///
+/// ```
+/// use limpid::{MapUpdate, map::Grid};
+///
+/// /// Cost at a place in the map; `None` outside of it.
+/// fn cost_at(map: &MapUpdate, x_m: f64, y_m: f64) -> Option<u8> {
+///     let [column, row] = map.grid.cell_at(x_m, y_m)?;
+///     map.costmap.get(row as usize * map.grid.width as usize + column as usize).copied()
+/// }
+/// # let grid = Grid { origin_x_m: -1.0, origin_y_m: 0.0, resolution_m: 0.5, width: 4, height: 2 };
+/// # let (verdicts, classes, sensors, state) = (Vec::new(), Vec::new(), Vec::new(), limpid::State::Ok);
+/// # let costmap = vec![0, 0, 0, 0, 255, 254, 0, 0];
+/// # let map = MapUpdate { grid, costmap, verdicts, classes, towards_goal: None, state, sensors };
+/// # assert_eq!([cost_at(&map, -0.4, 0.6), cost_at(&map, -0.6, 0.6)], [Some(254), Some(255)]);
+/// # assert_eq!([cost_at(&map, 1.1, 0.6), cost_at(&map, 0.9, 0.4)], [None, Some(0)]);
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct MapUpdate {
     /// Geometry of the grids.
@@ -142,6 +158,27 @@ impl MapUpdate {
 
 /// What the mapper gives, in the order in which it was asked for: of an observation, of a published map, or of both in one,
 /// where the map has one sensor.
+///
+/// ```
+/// /// What to log of a result.
+/// fn line(update: &limpid::Update) -> String {
+///     let state = update.map.as_ref().map_or("no map yet", |map| map.state.name());
+///     match (update.camera(), update.lidar()) {
+///         (Some(camera), _) => format!("frame {}: {} hits, {state}", update.index, camera.counters.hits),
+///         (_, Some(lidar)) => format!("scan {}: {} points, {state}", update.index, lidar.points),
+///         (None, None) => format!("map {}: {state}", update.index),
+///     }
+/// }
+/// # use limpid::config::Method;
+/// # if let Err(limpid::Error::NoAdapter { .. }) = limpid::gpu::adapters(None) { return Ok(()) }
+/// # let config = limpid::Config { method: Method::Range, ..Default::default() };
+/// # let mut room = limpid::open_source("testdata/room.mcap".as_ref(), &config)?;
+/// # let mut mapper = limpid::Mapper::open(&config, room.sensors(), &Default::default())?;
+/// # let Some(frame) = room.next()? else { panic!("no frame") };
+/// # let said = line(&mapper.step(&frame)?);
+/// # assert!(said.starts_with("frame 0: ") && said.ends_with(" hits, OK"), "{said}");
+/// # Ok::<(), limpid::Error>(())
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Update {
     /// Which sensor's observation, as they are counted; `None`: a published map.

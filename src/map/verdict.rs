@@ -2,6 +2,13 @@
 
 /// The rule's word of a cell (spec 4 §4), as the shader packs it: cost in bits 0-7, row of the rule in bits 8-11, sensor in
 /// bits 12-16, age in bits 17-31.
+///
+/// ```
+/// // Glass (row 1), seen by the third sensor 0.3 s ago.
+/// let verdict = limpid::Verdict::pack(254, 1, Some(2), 3);
+/// assert_eq!((verdict.cost(), verdict.row(), verdict.sensor(), verdict.age_s()), (254, 1, Some(2), 0.3));
+/// assert_eq!(limpid::map::rule::ROWS[0].name, "glass");
+/// ```
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Verdict(pub u32);
 

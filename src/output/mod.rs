@@ -26,6 +26,28 @@ pub use png::PngSink;
 pub use ros_file::RosFile;
 
 /// Something that takes the results of a run, one after the other.
+///
+/// ```
+/// use limpid::{Observation, Result, Sink, Update};
+///
+/// /// Counts lethal cells of every map.
+/// #[derive(Default)]
+/// struct Lethal(Vec<usize>);
+///
+/// impl Sink for Lethal {
+///     fn write(&mut self, update: &Update, _observation: Option<&Observation>) -> Result<()> {
+///         let maps = update.map.iter();
+///         self.0.extend(maps.map(|map| map.costmap.iter().filter(|&&cost| cost == 254).count()));
+///         Ok(())
+///     }
+///     fn finish(&mut self) -> Result<()> {
+///         Ok(())
+///     }
+/// }
+///
+/// let sinks: Vec<Box<dyn Sink>> = vec![Box::new(Lethal::default())];
+/// # assert_eq!(sinks.len(), 1);
+/// ```
 pub trait Sink {
     /// Writes what `update` holds; `observation` is what it came of, `None` for a published map alone.
     ///

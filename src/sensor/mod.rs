@@ -10,6 +10,8 @@ mod returns;
 mod scan;
 mod velodyne;
 
+#[doc(inline)]
+pub use crate::base::Rigid;
 pub use beam_grid::BeamGrid;
 pub use camera::{CameraModel, Distortion};
 pub use dropped::{DropReason, Dropped};

@@ -64,6 +64,26 @@ pub enum SensorData {
 }
 
 /// A sensor's data with what a source says of the robot at that time.
+///
+/// A program that has its own sensors fills one in; that of a recording comes from a [`Source`](crate::input::Source).
+///
+/// ```
+/// use limpid::Observation;
+/// use limpid::sensor::{Columns, Dropped, Scan, SensorData, SensorPose};
+///
+/// let points = Vec::new(); // what the lidar measured
+/// let (columns, dropped) = (Columns { ring: true, ..Columns::default() }, Dropped::default());
+/// let (stamp_ns, frame_id) = (1_000_000_000, "top".into());
+/// let scan = Scan { index: 0, stamp_ns, frame_id, points, columns, dropped };
+/// let seen = Observation {
+///     sensor: 0,
+///     pose: Some(SensorPose::SENSOR),
+///     map_frame: "odom".into(),
+///     goal_m: None,
+///     data: SensorData::Scan(scan),
+/// };
+/// assert_eq!(seen.stamp_ns(), 1_000_000_000);
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Observation {
     /// Which sensor, counted as the source lists them.

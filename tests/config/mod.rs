@@ -50,6 +50,9 @@ fn an_unknown_key_is_refused_with_the_nearest_and_its_place() {
     assert!(error.contains("nearest key is `resolution_m`"), "{error}");
     assert!(error.contains("line 2"), "{error}");
     assert_eq!(error.lines().count(), 1, "{error}");
+    // `map` is a key too, and a small part of this one.
+    let error = Config::from_yaml("map_sise_m: 8.0").unwrap_err().to_string();
+    assert!(error.contains("nearest key is `map_size_m`"), "{error}");
 }
 
 #[test]

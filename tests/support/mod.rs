@@ -35,3 +35,11 @@ pub(crate) fn data_dir(needed: &str) -> Option<PathBuf> {
     say(&format!("skipped: {} is not there (set LIMPID_DATA)", path.display()));
     None
 }
+
+/// What the README shows between the markers of that name; empty where it has none.
+pub(crate) fn readme_part(marker: &str) -> String {
+    let readme =
+        std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/README.md")).unwrap_or_default();
+    let shown = readme.split(&format!("<!-- {marker} -->")).nth(1).unwrap_or_default();
+    shown.split(&format!("<!-- /{marker} -->")).next().unwrap_or_default().trim().into()
+}
