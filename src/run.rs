@@ -113,6 +113,72 @@ pub fn run(
     Ok(run.report)
 }
 
+/// When the map of several sensors is published: with the first observation, and then with the first after each period.
+struct Rhythm {
+    period_ns: u64,
+    due_ns: Option<u64>,
+}
+
+impl Rhythm {
+    fn of(config: &Config) -> Self {
+        Self { period_ns: duration_ns(1.0 / config.publish_rate_hz), due_ns: None }
+    }
+
+    /// Whether the map is to be published now that an observation was taken.
+    fn is_due(&mut self, mapper: &Mapper) -> bool {
+        let (now_ns, due_ns) = (mapper.now_ns(), self.due_ns);
+        if !mapper.publishes() || due_ns.is_some_and(|due_ns| now_ns < due_ns) {
+            return false;
+        }
+        // On time where no observation is missing; from now on where there was a gap.
+        let from_ns = due_ns.map_or(now_ns, |due_ns| due_ns.max(now_ns.saturating_sub(self.period_ns / 2)));
+        self.due_ns = Some(from_ns + self.period_ns);
+        true
+    }
+}
+
+/// Runs `source` one observation at a time until the map numbered `map` (of one sensor: that of the observation of this number;
+/// of several: the published one), or to the end: the mapper as it is then, and its last result with a map.
+///
+/// # Errors
+/// As [`run`]; [`Error::Empty`] where there is no map.
+pub fn run_to(
+    source: &mut dyn Source,
+    map: Option<u64>,
+    config: &Config,
+    options: &Options,
+) -> Result<(Mapper, Update)> {
+    let mut mapper = Mapper::open(config, source.sensors(), options)?;
+    let (mut rhythm, mut last, mut unpublished) = (Rhythm::of(config), None, false);
+    while let Some(observation) = source.next()? {
+        let is_after = |last: &Update| map.is_some_and(|map| last.index >= map);
+        if last.as_ref().is_some_and(is_after) {
+            break;
+        }
+        if matches!(mapper.submit(&observation)?, Submitted::Refused(_)) {
+            continue;
+        }
+        unpublished = !rhythm.is_due(&mapper);
+        if !unpublished {
+            mapper.publish(None)?;
+        }
+        last = newest(&mut mapper)?.or(last);
+    }
+    if unpublished && map.is_none() && mapper.publish(None)? {
+        last = newest(&mut mapper)?.or(last);
+    }
+    last.map(|last| (mapper, last)).ok_or_else(|| Error::Empty { reason: "no map was made".into() })
+}
+
+/// The last map of what is under way.
+fn newest(mapper: &mut Mapper) -> Result<Option<Update>> {
+    let mut last = None;
+    while mapper.in_flight() > 0 {
+        last = mapper.wait()?.filter(|update| update.map.is_some()).or(last);
+    }
+    Ok(last)
+}
+
 struct Run<'a> {
     source: &'a mut dyn Source,
     range: Range<u64>,
@@ -156,7 +222,7 @@ impl Run<'_> {
         self.report.notes = self.source.sensors().iter().filter_map(method_note).collect();
         self.report.notes.extend(mapper.notes());
         let start = Instant::now();
-        let outcome = self.feed(&mut mapper, first, duration_ns(1.0 / config.publish_rate_hz));
+        let outcome = self.feed(&mut mapper, first, Rhythm::of(config));
         let mut drained = Ok(());
         while drained.is_ok() && !self.under_way.is_empty() {
             drained = self.take(&mut mapper);
@@ -165,9 +231,8 @@ impl Run<'_> {
         outcome.and(drained)
     }
 
-    fn feed(&mut self, mapper: &mut Mapper, first: Observation, period_ns: u64) -> Result<()> {
+    fn feed(&mut self, mapper: &mut Mapper, first: Observation, mut rhythm: Rhythm) -> Result<()> {
         let mut next = Some(first);
-        let mut due_ns = None;
         while let Some(observation) = next {
             while mapper.is_full(observation.sensor) {
                 self.take(mapper)?;
@@ -176,7 +241,9 @@ impl Run<'_> {
                 Submitted::Taken => {
                     self.under_way.push_back(Some(observation));
                     self.unpublished = mapper.publishes();
-                    due_ns = self.publish_when_due(mapper, due_ns, period_ns)?;
+                    if rhythm.is_due(mapper) {
+                        self.publish(mapper)?;
+                    }
                 }
                 Submitted::Refused(reason) => {
                     if let Some(sensor) = self.report.sensors.get_mut(observation.sensor) {
@@ -193,24 +260,6 @@ impl Run<'_> {
             self.publish(mapper)?;
         }
         Ok(())
-    }
-
-    /// Publishes the map of several sensors with the first observation, and then with the first after each period; when it is
-    /// due next.
-    fn publish_when_due(
-        &mut self,
-        mapper: &mut Mapper,
-        due_ns: Option<u64>,
-        period_ns: u64,
-    ) -> Result<Option<u64>> {
-        let now_ns = mapper.now_ns();
-        if !mapper.publishes() || due_ns.is_some_and(|due_ns| now_ns < due_ns) {
-            return Ok(due_ns);
-        }
-        self.publish(mapper)?;
-        // On time where no observation is missing; from now on where there was a gap.
-        let next_ns = due_ns.map_or(now_ns, |due_ns| due_ns.max(now_ns.saturating_sub(period_ns / 2)));
-        Ok(Some(next_ns + period_ns))
     }
 
     fn publish(&mut self, mapper: &mut Mapper) -> Result<()> {

@@ -175,7 +175,7 @@ fn frames_that_cannot_serve_are_named() {
     refused(&lost, &["none of its 9 frames has a pose"]);
     refused(&[], &["0 depth images"]);
     let nan = with(&|f| f.pose.as_mut().unwrap().map_from_base.translation_m.x = f64::NAN);
-    refused(&nan, &["pose of frame 6", "not finite"]);
+    refused(&nan, &["frame 6`", "not finite"]);
     let request = Request { needs_truth: true, ..Request::default() };
     assert!(
         matches!(samples(&frames, &request), Err(Error::Format { reason, .. }) if reason.contains("no ground truth"))

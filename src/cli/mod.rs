@@ -12,6 +12,7 @@ mod run;
 mod score;
 mod sim;
 mod targets;
+mod why;
 
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -42,6 +43,8 @@ enum Verb {
     Net(net::NetArguments),
     /// Decode the scans of a lidar recording and write each as a PLY file
     Points(points::PointsArguments),
+    /// Say why a cell of the map is what it is
+    Why(why::WhyArguments),
     /// Score velocities on the plan map of a lidar recording
     Score(score::ScoreArguments),
     /// Make a ray-traced recording with ground truth, from a scene or a seed
@@ -106,6 +109,7 @@ pub(crate) fn execute(arguments: Arguments) -> Result<()> {
         }
         Verb::Net(arguments) => net::execute(&arguments),
         Verb::Points(arguments) => points::execute(&arguments),
+        Verb::Why(arguments) => why::execute(&arguments),
         Verb::Score(arguments) => score::execute(&arguments),
         Verb::Sim(arguments) => sim::execute(&arguments),
         Verb::Targets(arguments) => targets::execute(&arguments),

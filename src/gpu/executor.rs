@@ -20,7 +20,7 @@ use crate::gpu::upload::TextureUpload;
 pub const FRAMES_IN_FLIGHT: usize = 3;
 
 /// How long a frame may take before it counts as hung.
-const TIMEOUT: Duration = Duration::from_secs(60);
+pub(crate) const TIMEOUT: Duration = Duration::from_secs(60);
 
 struct InFlight {
     slot: usize,

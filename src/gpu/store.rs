@@ -5,8 +5,9 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use crate::base::{Error, Result};
 use crate::gpu::context::Context;
-use crate::gpu::executor::Executor;
+use crate::gpu::executor::{Executor, TIMEOUT};
 use crate::gpu::plan::Plan;
+use crate::gpu::ring::Slot;
 
 /// Resident buffers, zero at first. Cheap to clone; clones share the buffers. Plans built on one store share the buffers
 /// that bear one name, and run on one queue in the order of their submission.
@@ -55,6 +56,32 @@ impl Store {
         });
         buffers.insert(name.into(), buffer.clone());
         Ok(buffer)
+    }
+
+    /// Bytes of the resident buffer of that name, once all that was submitted is done; `None`: there is no such buffer.
+    ///
+    /// # Errors
+    /// [`Error::Gpu`], also where it takes more than a minute; [`Error::DeviceLost`].
+    pub fn read(&self, name: &str, offset: u64, bytes: u64) -> Result<Option<Vec<u8>>> {
+        let buffers = self.buffers.lock().unwrap_or_else(PoisonError::into_inner);
+        let Some(buffer) = buffers.get(name) else { return Ok(None) };
+        let slot = Slot::landing(&self.context, bytes);
+        let mut encoder = self.context.device.create_command_encoder(&Default::default());
+        encoder.copy_buffer_to_buffer(buffer, offset, &slot.buffer, 0, Some(bytes));
+        let index = self.context.queue.submit([encoder.finish()]);
+        slot.request_map();
+        let failed = |reason: String| Error::Gpu { what: format!("reading `{name}`"), reason };
+        let polled = self
+            .context
+            .device
+            .poll(wgpu::PollType::Wait { submission_index: Some(index), timeout: Some(TIMEOUT) });
+        self.context.check("waiting")?;
+        polled.map_err(|e| failed(e.to_string()))?;
+        if !slot.wait_mapped(TIMEOUT)? {
+            return Err(failed("not mapped in time".into()));
+        }
+        let view = slot.buffer.slice(..).get_mapped_range().map_err(|e| failed(e.to_string()))?;
+        Ok(Some(view.to_vec()))
     }
 
     /// Sets every resident buffer back to zero.

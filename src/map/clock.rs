@@ -64,6 +64,9 @@ pub struct Clock {
 }
 
 impl Clock {
+    /// Length of a tick, seconds.
+    pub const TICK_S: f64 = std::time::Duration::from_nanos(TICK_NS).as_secs_f64();
+
     /// A duration in ticks, rounded up; 0 of 0.
     pub fn ticks(seconds: f64) -> u32 {
         u32::try_from(duration_ns(seconds).div_ceil(TICK_NS)).unwrap_or(u32::MAX)
@@ -105,7 +108,8 @@ impl Clock {
         }
         let since_last_ns = track.last_ns.map(|last_ns| at_ns.saturating_sub(last_ns));
         let began_ns = *self.began_ns.get_or_insert(at_ns.saturating_sub(LEAD_NS));
-        let tick = tick_of(began_ns, at_ns);
+        // A sensor's own order is that of its messages: a stamp that goes back a little is as new as the one before.
+        let tick = tick_of(began_ns, at_ns.max(track.last_ns.unwrap_or(0)));
         if track.is_stale(at_ns) {
             track.fresh_since = tick;
         }

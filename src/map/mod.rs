@@ -13,6 +13,7 @@ pub mod rule;
 mod state;
 mod update;
 mod verdict;
+pub(crate) mod why;
 mod window;
 
 pub use cell_class::CellClass;
@@ -25,4 +26,5 @@ pub use update::{
     CameraUpdate, Counters, FrameImages, FrameLayers, LidarUpdate, MapUpdate, ScanLayers, Seen, Update,
 };
 pub use verdict::{MOST_AGE, Verdict};
+pub use why::{CameraSays, LidarSays, Occupancy, PaneSays, SeenBy, Why};
 pub use window::Window;

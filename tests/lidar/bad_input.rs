@@ -12,7 +12,7 @@ use limpid::{Config, Error};
 
 use crate::support::gpu::skipped;
 use crate::support::random::Random;
-use crate::support::scan::{open, point, posed, run_one, scan, step, still};
+use crate::support::scan::{cell, open, point, posed, run_one, scan, step, still};
 
 fn refused(config: &Config, frame: &ScanFrame, part: &str) {
     let error = ScanPipeline::open(config, frame, &ScanOptions::default()).err().unwrap().to_string();
@@ -140,7 +140,9 @@ fn a_pose_that_jumps_is_counted_and_the_scan_is_used() {
             .iter()
             .map(|&(index, x_m, deg, ..)| {
                 let out = step(&mut pipeline, &frame(index, x_m, deg));
-                assert_eq!(out.count(CellClass::Solid), 1, "the scan is used");
+                let seen = DQuat::from_rotation_z(deg.to_radians()) * DVec3::new(1.05, 1.05, 0.2);
+                let at = cell(&out, x_m + seen.x, seen.y);
+                assert_eq!(out.classes[at], CellClass::Solid as u8, "the scan is used");
                 out.pose_jumped
             })
             .collect()

@@ -14,14 +14,19 @@ fn clock() -> Clock {
 
 #[test]
 fn ticks_count_hundredths_from_10_s_before_the_first_stamp() {
-    let mut clock = clock();
+    let mut clock = Clock::new(&[S / 2; 4]);
     assert_eq!(clock.observe(0, BEGAN).tick, FIRST);
     assert_eq!(clock.observe(1, BEGAN + 25 * MS).tick, FIRST + 2);
     // Late: its own tick, and the map's time stays.
-    assert_eq!(clock.observe(0, BEGAN + 15 * MS).tick, FIRST + 1);
+    assert_eq!(clock.observe(2, BEGAN + 15 * MS).tick, FIRST + 1);
     assert_eq!((clock.now(), clock.now_ns()), (FIRST + 2, BEGAN + 25 * MS));
     // Before the map's first: older than it.
-    assert_eq!(clock.observe(1, BEGAN - 5 * MS).tick, FIRST - 1);
+    assert_eq!(clock.observe(3, BEGAN - 5 * MS).tick, FIRST - 1);
+    assert_eq!(
+        clock.observe(1, BEGAN - 5 * MS).tick,
+        FIRST + 2,
+        "a sensor's own messages stay in their order"
+    );
     let mut other = self::clock();
     other.observe(0, BEGAN);
     assert_eq!(other.observe(1, BEGAN - 60 * S).tick, 1, "as old as a tick can be");

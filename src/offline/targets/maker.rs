@@ -125,6 +125,9 @@ impl Maker {
         check_same(&self.job, frame).map_err(named)?;
         check_color(frame)?;
         let pose = frame.pose.ok_or_else(|| refused(Refused::NoPose))?;
+        if !SensorPose::from(pose).is_finite() {
+            return Err(refused(Refused::PoseNotFinite));
+        }
         let slot = usize::try_from(self.pushed % SLOTS as u64).unwrap_or(0);
         self.pushed += 1;
         self.kept.push_back(Kept {
