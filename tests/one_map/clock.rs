@@ -107,7 +107,7 @@ fn truth_a_late_frame_changes_no_cell_that_was_seen_since() {
     }
     let mut rig = rig();
     for index in 0..FRAMES {
-        rig.see(&look(FRONT, 300 + index * FRAME_MS, &room(&[])));
+        rig.see(&look(FRONT, 600 + index * FRAME_MS, &room(&[])));
     }
     let before = rig.publish(None);
     // Ten frames of the other, with a post where the first saw none, all older.
@@ -121,15 +121,15 @@ fn truth_a_late_frame_changes_no_cell_that_was_seen_since() {
     for index in 0..FRAMES {
         let yaw = 0.5 * std::f64::consts::PI;
         let side = room(&[Block::new([-0.4, 1.513, 0.0], [0.4, 1.6, 0.5])]);
-        rig.see(&frame(REAR, index * FRAME_MS, &side, small_camera(), mount(yaw, 0.2)));
+        rig.see(&frame(REAR, 200 + index * FRAME_MS, &side, small_camera(), mount(yaw, 0.2)));
     }
     let out = rig.publish(None);
     assert_eq!((out.said([0.02, 1.52]), out.said([0.02, 1.12])), ((6, 254), (9, 0)));
-    assert!((out.verdict([0.02, 1.12]).age_s() - 0.3).abs() < 0.011);
+    assert!((out.verdict([0.02, 1.12]).age_s() - 0.4).abs() < 0.011);
     assert_eq!(out.said(FLOOR), before.said(FLOOR));
     // The control: the same post, seen later, is marked.
     for index in 0..FRAMES {
-        rig.see(&look(REAR, 600 + index * FRAME_MS, &with_post()));
+        rig.see(&look(REAR, 900 + index * FRAME_MS, &with_post()));
     }
     assert_eq!(rig.publish(None).said(POST), (6, 254));
 }

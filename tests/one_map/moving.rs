@@ -107,11 +107,12 @@ fn truth_late_messages_from_where_the_robot_was_land_where_it_was_and_leave_the_
         return;
     }
     let config = Config { timeout_s: 2.0, ..config() };
-    let sensors = camera_and_lidar(&config).map(|sensor| SensorInfo { timeout_s: 2.0, ..sensor });
-    let mut rig = Rig::open(&config, &sensors);
+    let [camera, lidar] = camera_and_lidar(&config).map(|sensor| SensorInfo { timeout_s: 2.0, ..sensor });
+    let ahead = SensorInfo { name: "ahead".into(), ..lidar.clone() };
+    let mut rig = Rig::open(&config, &[camera, lidar, ahead]);
     let scene = room(&[Block::new([1.513, -0.4, 0.0], [1.6, 0.4, 0.9])]);
-    rig.see(&scan(0, &[], 0.0));
-    rig.see(&scan(500, &[], 1.0));
+    rig.see(&Observation { sensor: 2, ..scan(0, &[], 0.0) });
+    rig.see(&Observation { sensor: 2, ..scan(500, &[], 1.0) });
     let before = rig.publish(None);
     for index in 0..FRAMES {
         rig.see(&frame(100 + index * FRAME_MS, &scene, 0.0));
