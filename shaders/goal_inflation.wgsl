@@ -1,4 +1,4 @@
-// Spreads solid and transparent cells over the cells that the kernel reaches from them: Eq. 10 as a scatter.
+// Spreads lethal cells over the cells that the kernel reaches from them: Eq. 10 as a scatter.
 // spec 2 §4 (Eq. 8-10 of the paper), spec 4 §2 (inflation follows the verdict).
 struct GoalInflationParams {
     side: u32,
@@ -9,6 +9,7 @@ struct GoalInflationParams {
 }
 
 @group(0) @binding(0) var<uniform> goal_inflation_params: GoalInflationParams;
+@group(0) @binding(1) var<storage, read> verdicts: array<u32>;
 @group(0) @binding(2) var<storage, read> kernel_taps: array<u32>;
 @group(0) @binding(3) var<storage, read_write> inflation: array<atomic<u32>>;
 
@@ -17,6 +18,20 @@ const TAP_ZERO = 128u;
 
 // Set in a cell's word beside the sum of steps, which stays below it.
 const INSCRIBED = 0x80000000u;
+
+// Rows of the rule that a lidar decides.
+const SOLID_ROW = 2u;
+const TRANSPARENT_ROW = 3u;
+
+// How strongly a cell is spread: fully where it is lethal, if no lidar says how much.
+fn strength_of(x: u32, y: u32) -> u32 {
+    let verdict = verdicts[y * goal_inflation_params.side + x];
+    if verdict_cost(verdict) != COST_LETHAL {
+        return 0u;
+    }
+    let row = verdict_row(verdict);
+    return select(u32(INTENSITY_STEPS), lidar_strength(x, y), row == SOLID_ROW || row == TRANSPARENT_ROW);
+}
 
 @compute @workgroup_size(8, 8)
 fn goal_inflation(@builtin(global_invocation_id) id: vec3<u32>) {

@@ -1,5 +1,5 @@
-// Classifies every cell by its layers, and joins what glass there is with what was remembered.
-// spec 2 §3 (Eq. 3-7 of the paper): solid, passable, transparent, free, unknown.
+// Classifies every cell by its layers, joins what glass there is with what was remembered, and keeps the class in the solidity
+// layer. spec 2 §3 (Eq. 3-7 of the paper): solid, passable, transparent, free, unknown; spec 4 §1 (the layer).
 struct IntensityClassesParams {
     heights: array<vec4<f32>, 5>,   // bounds of the tall layers, ascending, above the lidar
     lidar: vec2<f32>,               // the lidar in the window, metres
@@ -23,6 +23,13 @@ struct IntensityClassesParams {
     pad: u32,
 }
 
+struct SolidCellsParams {
+    tick: u32,
+    sensor: u32,                // + 1
+    lidar_height_m: f32,        // above the ground
+    pad: u32,
+}
+
 // Fraction bits of remembered steps, so that rounding does not speed up or stop a slow decay.
 const REMEMBERED_BITS = 20u;
 
@@ -37,8 +44,13 @@ override keep_layers: bool = true;
 @group(0) @binding(1) var<storage, read> layer_sums: array<vec2<u32>>;
 @group(0) @binding(2) var<storage, read> sector_range: array<vec2<u32>>;
 @group(0) @binding(3) var<storage, read_write> remembered: array<u32>;
+// The solidity layer.
+//   x: the cell's word; y: tick of the last evidence; z: heights between which beams crossed a free cell, 16 bits each, from
+//   CROSSING_ZERO_M below the ground, 0: not known; w: largest gap between two of these beams, and sensor + 1
+@group(0) @binding(4) var<storage, read_write> solid_cells: array<vec4<u32>>;
 @group(0) @binding(5) var<storage, read_write> obstacle_value: array<f32>;
 @group(0) @binding(6) var<storage, read_write> layer_values: array<f32>;
+@group(0) @binding(7) var<uniform> solid_cells_params: SolidCellsParams;
 
 // A cell as the lidar sees it.
 struct Place {
@@ -132,6 +144,42 @@ fn join_memory(slot: u32, seen_now: u32, forgotten: bool) -> u32 {
     return joined >> REMEMBERED_BITS;
 }
 
+// Whether what another lidar saw stays: solid wins where the two disagree on how solid a thing is (spec 2 §3), and glass that
+// one lidar saw head on is what another sees through.
+fn other_wins(old: vec4<u32>, kind: u32) -> bool {
+    let before = old.x & 0xffu;
+    let other = old.y != 0u && sensor_of(old.w) != solid_cells_params.sensor;
+    return other
+        && ((before == SOLID && (kind == PASSABLE || kind == TRANSPARENT))
+            || (before == TRANSPARENT && (kind == PASSABLE || kind == FREE)));
+}
+
+// What the layer holds stays where the scan says nothing of the cell, or says it late.
+fn keep_class(slot: u32, word: u32, said: bool, place: Place) {
+    let old = solid_cells[slot];
+    if old.y > solid_cells_params.tick || (said && other_wins(old, word & 0xffu)) {
+        return;
+    }
+    if !said {
+        // Glass that only this lidar remembers fades as its memory does, from when it was seen.
+        let mine = sensor_of(old.w) == solid_cells_params.sensor && old.y != 0u;
+        if mine && (old.x & 0xffu) == TRANSPARENT {
+            solid_cells[slot] = select(vec4(0u), vec4(word, old.yzw), (word & 0xffu) == TRANSPARENT);
+        }
+        return;
+    }
+    var beams = vec2(0u);
+    if (word & 0xffu) == FREE {
+        beams = beams_across(place, solid_cells_params.lidar_height_m);
+    }
+    solid_cells[slot] = vec4(
+        word,
+        solid_cells_params.tick,
+        beams.x,
+        beams.y | (solid_cells_params.sensor << SENSOR_SHIFT),
+    );
+}
+
 @compute @workgroup_size(8, 8)
 fn intensity_classes(@builtin(global_invocation_id) id: vec3<u32>) {
     let side = intensity_classes_params.side;
@@ -175,7 +223,7 @@ fn intensity_classes(@builtin(global_invocation_id) id: vec3<u32>) {
     let strength = max(glass_steps, select(0u, max(steps_of(value), 1u), solid));
     let said = decided || seen_now > 0u || kind == FREE;
     let word = kind | (glass_steps << GLASS_SHIFT) | (strength << STRENGTH_SHIFT);
-    keep_class(cell, slot, word, said, Place(sector, range, behind));
+    keep_class(slot, word, said, Place(sector, range, behind));
     if keep_layers {
         obstacle_value[cell] = select(0.0, value, decided);
     }

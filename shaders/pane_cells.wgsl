@@ -1,4 +1,5 @@
-// Puts panes into the map: the cells that a pane's foot line crosses hold glass, where the pane is in the way. spec 3 §7.
+// Puts a lidar's panes into the layer of panes: the cells that a pane's foot line crosses hold glass, where the pane is in the
+// way. What this lidar kept of a cell goes, what it keeps now comes. spec 3 §7, spec 4 §1.
 struct PaneCellsParams {
     window_from_lidar_x: vec4<f32>,
     window_from_lidar_y: vec4<f32>,
@@ -13,8 +14,21 @@ struct PaneCellsParams {
     pad2: u32,
 }
 
+struct PaneLayerParams {
+    tick: u32,
+    sensor: u32,            // + 1
+    first: u32,             // of the lidar's panes in map_panes
+    origin_slot_x: u32,
+    origin_slot_y: u32,
+}
+
 @group(0) @binding(0) var<uniform> pane_cells_params: PaneCellsParams;
 @group(0) @binding(1) var<storage, read> panes: Panes;
+// The layer, the buffer `pane_cells`, whose name is the pass's.
+//   x: id of the pane in bits 0-23, and sensor + 1; y: tick at which the pane was last found, 0: no pane
+@group(0) @binding(2) var<storage, read_write> pane_records: array<vec2<u32>>;
+@group(0) @binding(3) var<uniform> pane_layer_params: PaneLayerParams;
+@group(0) @binding(4) var<storage, read> map_panes: array<Pane>;
 
 // A pane that lies flatter than this is no wall: cosine of 45 degrees.
 const UPRIGHT_COS = 0.7;
@@ -54,6 +68,24 @@ fn crosses(pane: Pane, at: vec3<f32>) -> bool {
     let half = 0.5 * pane_cells_params.resolution_m;
     let beside = along < pane.extent.x - half || along > pane.extent.y + half;
     return abs(off) <= half * (abs(n.x) + abs(n.y)) && !beside && in_way(pane, along);
+}
+
+// The `number` in the list of the pane that crosses the cell; KEPT_PANES: none.
+fn keep_pane(x: u32, y: u32, number: u32) {
+    let side = pane_cells_params.side;
+    let slot = slot_of(x, y, pane_layer_params.origin_slot_x, pane_layer_params.origin_slot_y, side);
+    let old = pane_records[slot];
+    if number >= KEPT_PANES {
+        if old.y != 0u && sensor_of(old.x) == pane_layer_params.sensor {
+            pane_records[slot] = vec2(0u);
+        }
+        return;
+    }
+    let pane = map_panes[pane_layer_params.first + number];
+    if old.y == 0u || sensor_of(old.x) == pane_layer_params.sensor || old.y <= pane.age {
+        let by = (pane.id & 0xffffffu) | (pane_layer_params.sensor << SENSOR_SHIFT);
+        pane_records[slot] = vec2(by, max(pane.age, 1u));
+    }
 }
 
 @compute @workgroup_size(8, 8)

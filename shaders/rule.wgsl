@@ -12,20 +12,32 @@ struct RuleParams {
     pad1: u32,
 }
 
+// What a layer says of a cell.
+struct Said {
+    state: u32,     // bits of the rule
+    tick: u32,      // of its last evidence
+    sensor: u32,    // + 1; 0: none
+}
+
+// Heights above the ground, metres: where a camera was hit, or between which beams crossed.
+struct Span {
+    low_m: f32,
+    high_m: f32,
+    gap_m: f32,     // largest gap between neighbouring beams
+}
+
 @group(0) @binding(0) var<uniform> rule_params: RuleParams;
 @group(0) @binding(5) var<storage, read_write> verdicts: array<u32>;
 
 const TICKS_PER_TENTH = 10u;
-const MOST_SENSORS = 16u;
 
 fn age(said: Said) -> u32 {
     return max(rule_params.now, said.tick) - said.tick;
 }
 
 fn is_stale(said: Said) -> bool {
-    let sensor = min(said.sensor, MOST_SENSORS);
     let old = rule_params.cell_timeout != 0u && age(said) > rule_params.cell_timeout;
-    return said.tick < rule_params.fresh_since[sensor / 4u][sensor % 4u] || old;
+    return said.tick < fresh_since_of(said.sensor) || old;
 }
 
 // Whether beams surely crossed within REFUTING_WITHIN_M of an end of the hits: the outermost beam did, or it lies farther
@@ -42,15 +54,21 @@ fn is_refuted(hits: Span, beams: Span) -> bool {
         && meets_end(beams.high_m - hits.high_m, beams.gap_m);
 }
 
-// The verdict by evidence of one layer.
+// Ticks in whole tenths of a second, up to the most that a word holds. Half a tick keeps the product off whole numbers, so that it
+// is exact; a division of integers is slow on software drivers.
+fn tenths(ticks: u32) -> u32 {
+    return u32((f32(min(ticks, MOST_AGE * TICKS_PER_TENTH)) + 0.5) / f32(TICKS_PER_TENTH));
+}
+
+// The verdict by a row of the rule, as a word of it, and the evidence of a layer.
 fn worded(row: u32, said: Said) -> u32 {
-    let age_tenths = select(0u, age(said) / TICKS_PER_TENTH, said.sensor != 0u);
-    return verdict_of(rule_cost(row), row, said.sensor, age_tenths);
+    let age_tenths = select(0u, tenths(age(said)), said.sensor != 0u);
+    return verdict_of(row & 0xffu, (row >> 8u) & 0xfu, said.sensor, age_tenths);
 }
 
 fn decide(panes: Said, lidars: Said, cameras: Said) -> u32 {
-    let row = rule_row(panes.state, lidars.state, cameras.state);
-    let layer = rule_layer(row);
+    let row = rule_of(panes.state, lidars.state, cameras.state);
+    let layer = (row >> 12u) & 3u;
     var by = Said(0u, 0u, 0u);
     if layer == LAYER_PANES {
         by = panes;
@@ -59,17 +77,16 @@ fn decide(panes: Said, lidars: Said, cameras: Said) -> u32 {
     } else if layer == LAYER_CAMERA {
         by = cameras;
     }
-    if rule_goes_stale(row) == 0u || !is_stale(by) {
-        return worded(row, by);
-    }
+    var stale = (row >> 16u) == 1u && is_stale(by);
     // A camera that saw through the cell stands for a lidar that no longer can.
-    if layer == LAYER_LIDAR && cameras.state == CAMERA_FREE && !is_stale(cameras) {
-        return worded(row, cameras);
+    if stale && layer == LAYER_LIDAR && cameras.state == CAMERA_FREE && !is_stale(cameras) {
+        by = cameras;
+        stale = false;
     }
-    return worded(STALE_ROW, by);
+    return worded(select(row, STALE, stale), by);
 }
 
-@compute @workgroup_size(8, 8)
+@compute @workgroup_size(16, 4)
 fn rule(@builtin(global_invocation_id) id: vec3<u32>) {
     let side = rule_params.side;
     if id.x >= side || id.y >= side {

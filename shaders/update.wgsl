@@ -1,5 +1,5 @@
-// Turns a frame's evidence into occupancy and state, once per cell.
-// spec 1 §3 (occupancy, hysteresis, confirmations), §4 (temporal rejection), spec 4 §1 (occupancy by several cameras).
+// Turns a frame's evidence into occupancy and state, once per cell, and marks when, by whom and how the cell was seen.
+// spec 1 §3 (occupancy, hysteresis, confirmations), §4 (temporal rejection), spec 4 §1 (marks, occupancy by several cameras).
 struct UpdateParams {
     side: u32,
     origin_slot_x: u32,
@@ -15,6 +15,18 @@ struct UpdateParams {
     pad: u32,
 }
 
+struct CellMarksParams {
+    tick: u32,
+    sensor: u32,                    // + 1
+    log2_lambda_per_tick: f32,      // of the share of the old occupancy that a tick leaves
+    pad: u32,
+}
+
+// Whether the old occupancy counts less the longer ago it is, else by the number of observations.
+override timed: bool = false;
+// Whether back_project keeps the lowest hits.
+override lowest: bool = false;
+
 @group(0) @binding(0) var<uniform> update_params: UpdateParams;
 @group(0) @binding(1) var<storage, read> cell_hits: array<CellHits>;
 @group(0) @binding(2) var<storage, read> seen_through: array<u32>;
@@ -22,6 +34,11 @@ struct UpdateParams {
 @group(0) @binding(4) var<storage, read_write> evidence: array<f32>;
 @group(0) @binding(5) var<storage, read_write> occupancy: array<f32>;
 @group(0) @binding(6) var<storage, read_write> state: array<u32>;
+@group(0) @binding(7) var<uniform> cell_marks_params: CellMarksParams;
+// When, by whom and how a cell was last seen by a camera.
+//   x: tick; y: lowest hit above the height band's lower edge in bits 0-15, in steps of 1/1024 m, 0 where it is not known;
+//   mean R of the last hit in bits 16-23, in 1/255; sensor + 1
+@group(0) @binding(8) var<storage, read_write> cell_marks: array<vec2<u32>>;
 
 const UNSEEN = -1.0;
 
@@ -54,6 +71,50 @@ fn next_state(old: u32, p: f32, confirmed: bool, seen: bool) -> u32 {
     return select(old, UNKNOWN, old == OCCUPIED);
 }
 
+// Whether the cell was seen since, which only another camera can have done: then this frame changes nothing of it.
+fn is_late(slot: u32) -> bool {
+    return timed && cell_marks[slot].x > cell_marks_params.tick;
+}
+
+fn lambda_of(slot: u32) -> f32 {
+    let last = cell_marks[slot].x;
+    if !timed || last == 0u {
+        return update_params.lambda;
+    }
+    let since = max(cell_marks_params.tick, last) - last;
+    return exp2(cell_marks_params.log2_lambda_per_tick * f32(since));
+}
+
+// Mean R of the frame's hits in 1/255.
+fn mean_reliability(hits: CellHits) -> u32 {
+    if !weighted || (gated && !lowest) {
+        return 255u;
+    }
+    let mean = f32(hits.weight) / (f32(max(hits.count, 1u)) * update_params.weight_scale);
+    return u32(clamp(mean, 0.0, 1.0) * 255.0 + 0.5);
+}
+
+// Lowest hit of the frame.
+fn low_of(hits: CellHits) -> u32 {
+    return u32(min(steps_to_height(max(~hits.low, FLOOR + 1u)) * RECORD_STEPS_PER_M, MOST_RECORD_STEPS));
+}
+
+// Marks a cell that was hit, or else seen through. `had_hits`: hits before this frame are remembered; `keeps_hits`: they stay so
+// when it is seen through.
+fn mark(slot: u32, hit: bool, hits: CellHits, had_hits: bool, keeps_hits: bool) {
+    var low = 0u;
+    var reliability = select(0u, mean_reliability(hits), hit);
+    if lowest {
+        let old = cell_marks[slot].y;
+        let kept = old & 0xffffu;
+        let hit_low = select(low_of(hits), min(low_of(hits), kept), had_hits);
+        low = select(select(0u, kept, keeps_hits), hit_low, hit);
+        reliability = select(select(0u, (old >> 16u) & 0xffu, keeps_hits), reliability, hit);
+    }
+    let sensor = cell_marks_params.sensor << SENSOR_SHIFT;
+    cell_marks[slot] = vec2(cell_marks_params.tick, low | (reliability << 16u) | sensor);
+}
+
 @compute @workgroup_size(16, 4)
 fn update(@builtin(global_invocation_id) id: vec3<u32>) {
     let side = update_params.side;
@@ -80,13 +141,8 @@ fn update(@builtin(global_invocation_id) id: vec3<u32>) {
         cell.occupancy = lambda * cell.occupancy + (1.0 - lambda) * e;
         now = next_state(now, cell.occupancy, run >= update_params.confirmations, seen);
     }
-    if hit {
-        mark_hit(slot, cell_hits[i], cell.top > FLOOR);
-    }
-    if seen {
-        mark_seen(slot, now != FREE);
-    }
     if hit || seen {
+        mark(slot, hit, cell_hits[i], cell.top > FLOOR, now != FREE);
         cell.top = select(max(cell.top, cell_hits[i].top), select(cell.top, 0u, now == FREE), seen);
         cell.state = now | (run << 8u);
         cells[slot] = from_cell(cell);

@@ -1,10 +1,11 @@
-//! The mapper: the stages of a camera frame, of a scan and of a published map, in the order of the papers, on one page; and
-//! what runs them: observations in, one map out.
+//! The mapper, which runs the stages that [`stages`] lists: observations in, one map out.
 
 mod build;
 mod channel;
 mod checks;
 mod read;
+mod stages;
+mod why;
 
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -14,154 +15,14 @@ use glam::{DVec2, DVec3};
 use self::build::{Builder, map_job};
 use self::channel::{Channel, Published};
 pub(crate) use self::checks::frame as check_frame;
+pub use self::stages::{camera_plan, camera_stages, lidar_plan, lidar_stages, map_plan, map_stages};
 use crate::base::{Error, Refused, Result, duration_ns};
+use crate::config::Config;
 pub use crate::config::SensorInfo;
-use crate::config::{Config, InflationLaw, Method};
-use crate::gpu::{Context, Executor, FRAMES_IN_FLIGHT, Plan, Store};
-use crate::map::why::Records;
-use crate::map::{Clock, PaneSet, Seen, State, Update, Why, Window};
+use crate::gpu::{Context, Executor, FRAMES_IN_FLIGHT, Store};
+use crate::map::{Clock, PaneSet, Seen, State, Update, Window};
 use crate::sensor::{Observation, SensorPose};
-use crate::stage::camera::{
-    back_project, drm, ingest, pane_clip, see_through, spatial_median, tally, update, weigh,
-};
-use crate::stage::glass::{LabelGlass, pane_cells};
-use crate::stage::lidar::{intensity_classes, intensity_layers};
-use crate::stage::map::{goal_costs, goal_inflation, inflate, move_window, rule, scan_values};
-use crate::stage::{CameraJob, LidarJob, MapJob, Moment, Stage, color_stage};
-
-/// The stages of a camera's frame, in order (spec 1 §1 to §3: reliability, move window, update, hysteresis, inflate).
-pub fn camera_stages(job: &Arc<CameraJob>) -> Vec<Box<dyn Stage>> {
-    let of = || Arc::clone(job);
-    let mut stages: Vec<Box<dyn Stage>> = vec![Box::new(ingest::Ingest { job: of() })];
-    if job.config.method == Method::Median {
-        stages.push(Box::new(spatial_median::SpatialMedian { job: of() }));
-    }
-    let color = color_stage(job);
-    let (color, shown_color) = if job.drm.is_some() { (color, None) } else { (None, color) };
-    stages.extend(color);
-    if let Some(drm) = &job.drm {
-        stages.push(Box::new(drm::DrmNet { job: of(), drm: drm.clone() }));
-    }
-    if job.confidence {
-        stages.push(Box::new(weigh::Weigh { job: of() }));
-    }
-    stages.push(Box::new(move_window::MoveWindow { map: Arc::clone(&job.map), frame: true }));
-    if job.map.layers.panes {
-        stages.push(Box::new(pane_clip::PaneClip { job: of() }));
-    }
-    stages.push(Box::new(back_project::BackProject { job: of() }));
-    stages.push(Box::new(see_through::SeeThrough::new(job)));
-    stages.push(Box::new(update::Update { job: of() }));
-    if !job.map.apart {
-        stages.extend(map_stages(&job.map));
-    }
-    stages.push(Box::new(tally::Tally { job: of() }));
-    stages.extend(shown_color);
-    stages
-}
-
-/// The stages of a lidar's scan, in order (spec 3; spec 2 §2 to §4).
-pub fn lidar_stages(job: &Arc<LidarJob>) -> Vec<Box<dyn Stage>> {
-    let of = || Arc::clone(job);
-    let mut stages: Vec<Box<dyn Stage>> = Vec::new();
-    if let Some(glass) = &job.glass {
-        stages.push(Box::new(LabelGlass { job: of(), glass: glass.clone() }));
-    }
-    stages.push(Box::new(move_window::MoveWindow { map: Arc::clone(&job.map), frame: false }));
-    stages.push(Box::new(intensity_layers::IntensityLayers { job: of() }));
-    stages.push(Box::new(intensity_classes::IntensityClasses { job: of() }));
-    if job.glass.is_some() {
-        stages.push(Box::new(pane_cells::PaneCells { job: of() }));
-    }
-    if !job.map.apart {
-        stages.extend(map_stages(&job.map));
-    }
-    if job.layers {
-        stages.push(Box::new(scan_values::ScanValues { job: of() }));
-    }
-    stages
-}
-
-/// The stages of a published map, in order (spec 4 §2 and §3; spec 1 §3 or spec 2 §4). A map of one sensor is published with
-/// each of its observations.
-pub fn map_stages(map: &Arc<MapJob>) -> Vec<Box<dyn Stage>> {
-    let of = || Arc::clone(map);
-    let mut stages: Vec<Box<dyn Stage>> = vec![Box::new(rule::Rule { map: of() })];
-    if map.law() == InflationLaw::Goal {
-        stages.push(Box::new(goal_inflation::GoalInflation { map: of() }));
-        stages.push(Box::new(goal_costs::GoalCosts { map: of() }));
-    } else {
-        stages.push(Box::new(inflate::Inflate { map: of() }));
-    }
-    stages
-}
-
-/// The plan of a camera's frame, with what is to be read back.
-///
-/// # Errors
-/// [`Error::Plan`] or [`Error::Shader`] where a stage contradicts its shader or its neighbours.
-pub fn camera_plan(job: &CameraJob, stages: &[Box<dyn Stage>]) -> Result<Plan> {
-    let mut plan = Plan::default();
-    plan.enter(&job.scope);
-    plan.fixed("rays", back_project::rays(&job.depth))?;
-    for stage in stages {
-        stage.append(&mut plan)?;
-    }
-    let images = [job.depth_buffer(), "reliability"].into_iter().chain(job.color.map(|_| "color"));
-    let layers = ["evidence", "occupancy", "state"];
-    for name in images.filter(|_| job.images).chain(layers.into_iter().filter(|_| job.layers)) {
-        plan.read_back(name)?;
-    }
-    read_back_map(&mut plan, &job.map)?;
-    plan.check()?;
-    Ok(plan)
-}
-
-fn read_back_map(plan: &mut Plan, map: &MapJob) -> Result<()> {
-    for name in ["costmap", "verdicts"].into_iter().filter(|_| !map.apart) {
-        plan.read_back(name)?;
-    }
-    Ok(())
-}
-
-/// The plan of a published map, with what is to be read back.
-///
-/// # Errors
-/// As [`camera_plan`].
-pub fn map_plan(stages: &[Box<dyn Stage>]) -> Result<Plan> {
-    let mut plan = Plan::default();
-    for stage in stages {
-        stage.append(&mut plan)?;
-    }
-    for name in ["costmap", "verdicts"] {
-        plan.read_back(name)?;
-    }
-    plan.check()?;
-    Ok(plan)
-}
-
-/// The plan of a lidar's scan, with what is to be read back.
-///
-/// # Errors
-/// As [`camera_plan`].
-pub fn lidar_plan(job: &LidarJob, stages: &[Box<dyn Stage>]) -> Result<Plan> {
-    let mut plan = Plan::default();
-    plan.enter(&job.scope);
-    intensity_layers::upload_points(&mut plan, job.capacity)?;
-    for stage in stages {
-        stage.append(&mut plan)?;
-    }
-    let products = ["layer_values", "cell_values"];
-    for name in products.into_iter().filter(|_| job.layers) {
-        plan.read_back(name)?;
-    }
-    read_back_map(&mut plan, &job.map)?;
-    for name in ["classes", "panes", "glass_counters"].into_iter().filter(|_| job.glass.is_some()) {
-        plan.read_back(name)?;
-    }
-    plan.check()?;
-    Ok(plan)
-}
+use crate::stage::{MapJob, Moment};
 
 /// What a mapper runs on, and what it reads back beside the map.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -441,47 +302,6 @@ impl Mapper {
             *state = said.max(*state);
         }
         map.state = map.sensors.iter().copied().max().unwrap_or_default();
-    }
-
-    /// Why the cell at (`x_m`, `y_m`) of the map is what it is in `update`, which must be the newest result, with nothing under
-    /// way: the layers are asked as they are now. `None` outside of the map, and where `update` has no map.
-    ///
-    /// # Errors
-    /// [`Error::Gpu`], [`Error::DeviceLost`].
-    pub fn why(&self, update: &Update, x_m: f64, y_m: f64) -> Result<Option<Why>> {
-        let (Some(map), Some(window)) = (&update.map, self.window) else { return Ok(None) };
-        let Some([x, y]) = map.grid.cell_at(x_m, y_m) else { return Ok(None) };
-        let side = self.map.side;
-        let [slot_x, slot_y] = window.origin_slot(side);
-        let slot = u64::from((y + slot_y) % side * side + (x + slot_x) % side);
-        let cell = (y * side + x) as usize;
-        let at_m = map.grid.centre_m(x, y);
-        let base = update.map_from_base.translation_m;
-        let records = Records {
-            cell: self.record("cells", slot)?,
-            marks: self.record("cell_marks", slot)?,
-            solid: self.record("solid_cells", slot)?,
-            pane: self.record("pane_cells", slot)?,
-        };
-        let now = self.clock.now();
-        Ok(Some(Why {
-            at_m,
-            range_m: (DVec2::from(at_m) - base.truncate()).length(),
-            cost: map.costmap.get(cell).copied().unwrap_or(255),
-            verdict: map.verdicts.get(cell).copied().unwrap_or_default(),
-            camera: records.camera(now, self.map.config.height_min_m),
-            lidar: records.lidar(now),
-            pane: records.pane(now),
-        }))
-    }
-
-    fn record<const WORDS: usize>(&self, name: &str, slot: u64) -> Result<Option<[u32; WORDS]>> {
-        let bytes = 4 * WORDS as u64;
-        let read = self.store.read(name, slot * bytes, bytes)?;
-        Ok(read.map(|bytes| {
-            let mut words = bytes.chunks_exact(4).map(bytemuck::pod_read_unaligned);
-            std::array::from_fn(|_| words.next().unwrap_or(0))
-        }))
     }
 
     /// Whether as many observations of a sensor are under way as may be.

@@ -14,6 +14,7 @@ mod lidar;
 mod map;
 mod network;
 mod one_hall;
+mod one_map;
 mod plan;
 mod read;
 mod real;

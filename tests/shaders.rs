@@ -12,13 +12,12 @@ use limpid::network::weights::Network;
 use limpid::network::{Backend, all_kernels};
 use limpid::sensor::CameraModel;
 use limpid::stage::camera::drm::Drm;
-use limpid::stage::camera::{align_color, back_project, cell_marks, ingest, pane_clip, register_color};
+use limpid::stage::camera::{align_color, back_project, ingest, pane_clip, register_color};
 use limpid::stage::camera::{see_through, spatial_median, tally, update, weigh};
 use limpid::stage::glass::pane_cells;
-use limpid::stage::lidar::{intensity_classes, intensity_layers, solid_cells};
+use limpid::stage::lidar::{intensity_classes, intensity_layers};
 use limpid::stage::map::layers::Layers;
-use limpid::stage::map::{goal_costs, goal_inflation, rule, scan_values, trajectory_cost};
-use limpid::stage::map::{inflate, move_window};
+use limpid::stage::map::{goal_costs, goal_inflation, inflate, scan_values, trajectory_cost};
 use limpid::stage::targets;
 use limpid::stage::{CameraJob, LidarJob, MapJob};
 
@@ -28,58 +27,52 @@ use crate::support::glass_room::GlassRoom;
 
 const TARGETS: [ShaderSource; 4] = [targets::REMEMBER, targets::REPROJECT, targets::AGREE, targets::JUDGE];
 
-/// The passes of the map with several sensors, and other texts of passes of the same names.
-const ONE_MAP: &[ShaderSource] = &[
-    inflate::PACK_VERDICTS,
-    inflate::COLUMNS_VERDICTS,
-    goal_inflation::GOAL_INFLATION_OF_LIDARS,
-    goal_inflation::GOAL_INFLATION_OF_CAMERAS,
-    goal_costs::GOAL_COSTS,
-    cell_marks::UPDATE_MARKS,
-    pane_clip::PANE_CLIP,
-    pane_cells::PANE_LAYER,
-    pane_cells::SHARE_PANES,
-    intensity_layers::INTENSITY_LAYERS_AND_BEAMS,
-    intensity_layers::INTENSITY_LAYERS_AND_BEAMS_OF_BUFFER,
-    solid_cells::SOLID_CELLS,
-    solid_cells::SOLID_CELLS_AND_BEAMS,
-];
-
-const PIPELINE: [ShaderSource; 23] = [
+/// The passes of cameras, of lidars and of the map, in every text that plans use.
+const PIPELINE: &[ShaderSource] = &[
     align_color::ALIGN_COLOR,
     back_project::BACK_PROJECT,
+    goal_costs::GOAL_COSTS,
+    goal_inflation::GOAL_INFLATION_OF_CAMERAS,
+    goal_inflation::GOAL_INFLATION_OF_LIDARS,
     inflate::PACK,
     inflate::ROWS,
     inflate::COLUMNS,
     ingest::INGEST,
-    move_window::MOVE_WINDOW,
+    intensity_classes::INTENSITY_CLASSES,
+    intensity_classes::INTENSITY_CLASSES_AND_BEAMS,
+    intensity_layers::INTENSITY_LAYERS,
+    intensity_layers::INTENSITY_LAYERS_OF_BUFFER,
+    intensity_layers::INTENSITY_LAYERS_AND_BEAMS,
+    intensity_layers::INTENSITY_LAYERS_AND_BEAMS_OF_BUFFER,
+    pane_cells::PANE_CELLS,
+    pane_cells::SHARE_PANES,
+    pane_clip::PANE_CLIP,
     register_color::REGISTER_COLOR,
+    scan_values::SCAN_VALUES,
+    scan_values::SCAN_VALUES_AND_PANES,
     see_through::TILES,
     see_through::AROUND,
     see_through::GATHER,
     spatial_median::SPATIAL_MEDIAN,
-    update::UPDATE,
     tally::TALLY,
-    weigh::WEIGH,
-    intensity_layers::INTENSITY_LAYERS,
-    intensity_layers::INTENSITY_LAYERS_OF_BUFFER,
-    intensity_classes::INTENSITY_CLASSES,
-    goal_inflation::GOAL_INFLATION,
-    scan_values::SCAN_VALUES,
-    scan_values::SCAN_VALUES_AND_PANES,
     trajectory_cost::ROLL_OUT,
     trajectory_cost::SUM,
+    update::UPDATE,
+    weigh::WEIGH,
 ];
+
+/// Passes whose texts are put together for a plan.
+const COMPOSED: [&str; 2] = ["move_window", "rule"];
 
 /// The passes of the pipeline, of training targets and of the simulated camera.
 fn all() -> impl Iterator<Item = ShaderSource> {
     PIPELINE
-        .into_iter()
+        .iter()
+        .copied()
         .chain(TARGETS)
-        .chain(ONE_MAP.iter().copied())
         .chain(limpid::sim::passes::ALL)
         .chain(limpid::stage::glass::LABELLING)
-        .chain([limpid::stage::glass::CLEAN, limpid::stage::glass::pane_cells::PANE_CELLS])
+        .chain([limpid::stage::glass::CLEAN])
 }
 
 fn wgsl_files(folder: &Path, found: &mut BTreeSet<String>) {
@@ -150,12 +143,13 @@ fn one_map_plans() -> Vec<Plan> {
     let cameras = Layers { cameras: true, ..Layers::default() };
     let lidars = Layers { lidars: true, ..Layers::default() };
     let mut plans = Vec::new();
-    for layers in [ALL_LAYERS, cameras, lidars] {
+    for layers in [ALL_LAYERS, Layers { panes: false, ..ALL_LAYERS }, cameras, lidars] {
         for inflation_law in [InflationLaw::Nav2, InflationLaw::Goal] {
             let config = Config { inflation_law, ..small_map() };
             let side = config.cells_per_side().unwrap();
             let (cameras, glass_lidars) = (2 * u32::from(layers.cameras), u32::from(layers.panes));
-            let map = Arc::new(MapJob { config, side, layers, cameras, glass_lidars, apart: true });
+            let map =
+                Arc::new(MapJob { config, side, layers, sensors: 3, cameras, glass_lidars, apart: true });
             plans.push(mapper::map_plan(&mapper::map_stages(&map)).unwrap());
             let scope = || "top".to_owned();
             if layers.cameras {
@@ -175,30 +169,8 @@ fn one_map_plans() -> Vec<Plan> {
     plans
 }
 
-#[test]
-fn every_shader_parses_and_every_file_is_reached() {
-    for source in all() {
-        let shader = Shader::parse(source).unwrap();
-        assert!(!shader.bindings.is_empty() && shader.workgroup_size.iter().product::<u32>() > 1);
-    }
-    let mut files = BTreeSet::new();
-    wgsl_files(&Path::new(env!("CARGO_MANIFEST_DIR")).join("shaders"), &mut files);
-    let network = all_kernels();
-    let windows = [ALL_LAYERS, Layers::default()].into_iter().flat_map(|layers| {
-        [true, false].into_iter().flat_map(move |frame| move_window::parts(layers, frame))
-    });
-    let parts = all().flat_map(|s| s.parts.iter().copied()).chain(network.iter().flatten().copied());
-    let rules = [ALL_LAYERS, Layers::default()].into_iter().flat_map(rule::parts);
-    let reached: BTreeSet<String> = parts.chain(rules).chain(windows).map(str::to_owned).collect();
-    let first_lines =
-        |of: Vec<&String>| of.iter().map(|text| text.lines().next().unwrap().to_owned()).collect::<Vec<_>>();
-    let unreached = first_lines(files.difference(&reached).collect());
-    assert!(unreached.is_empty(), "no stage uses the files that begin with {unreached:?}");
-    assert_eq!(reached.len(), files.len());
-}
-
-#[test]
-fn every_pass_is_in_a_plan_that_fits() {
+/// Plans that together run every pass in every text.
+fn plans() -> Vec<Plan> {
     let mut plans: Vec<_> = jobs().iter().map(camera_plan).collect();
     plans.push(limpid::sim::simulator::plan(&small_room()).unwrap());
     for scans in [scan_job(), glass_job()] {
@@ -209,9 +181,68 @@ fn every_pass_is_in_a_plan_that_fits() {
     plans.push(limpid::offline::score::velocity_plan(20, 5, 30).unwrap());
     let colored = CameraJob { color: Some(tiny_camera()), ..job(&small_map(), tiny_camera()) };
     plans.push(limpid::offline::targets::plan(&Arc::new(colored), &targets::Rule::default(), true).unwrap());
+    plans
+}
+
+/// Name and text of every step of `plans` but the network's.
+fn texts(plans: &[Plan]) -> BTreeSet<(&str, &str)> {
+    let shaders = plans.iter().flat_map(|plan| plan.steps()).map(|step| &step.shader);
+    let of_maps = shaders.filter(|shader| !shader.name.starts_with("net/"));
+    of_maps.map(|shader| (shader.name.as_str(), shader.source.as_str())).collect()
+}
+
+/// The first lines of all parts of those texts that no plan runs.
+fn unused(sources: impl IntoIterator<Item = ShaderSource>, plans: &[Plan]) -> Vec<String> {
+    let run = texts(plans);
+    let begins = |source: &ShaderSource| -> String {
+        source.parts.iter().flat_map(|part| part.lines().next()).collect::<Vec<_>>().join(" ")
+    };
+    let unused = sources.into_iter().filter(|source| {
+        let ShaderText { label, text, .. } = (*source).into();
+        !run.contains(&(label.as_str(), text.as_str()))
+    });
+    unused.map(|source| format!("{}: {}", source.name, begins(&source))).collect()
+}
+
+/// The text of every file in `shaders/`.
+fn files() -> BTreeSet<String> {
+    let mut files = BTreeSet::new();
+    wgsl_files(&Path::new(env!("CARGO_MANIFEST_DIR")).join("shaders"), &mut files);
+    files
+}
+
+#[test]
+fn every_shader_parses_and_is_made_of_files() {
+    let files = files();
     for source in all() {
-        let used = plans.iter().flat_map(|plan| plan.steps()).any(|step| step.shader.name == source.name);
-        assert!(used, "`{}` is in no plan", source.name);
+        let shader = Shader::parse(source).unwrap();
+        assert!(!shader.bindings.is_empty() && shader.workgroup_size.iter().product::<u32>() > 1);
+        assert!(source.parts.iter().all(|part| files.contains(*part)), "{}", source.name);
+    }
+}
+
+#[test]
+fn every_file_is_in_a_text_that_a_plan_runs_and_says_what_it_is() {
+    let (plans, kernels) = (plans(), all_kernels());
+    let texts = texts(&plans);
+    let network: BTreeSet<&str> = kernels.iter().flatten().copied().collect();
+    let files = files();
+    assert!(files.len() > 100, "{} files", files.len());
+    for file in &files {
+        let first = file.lines().next().unwrap();
+        assert!(first.starts_with("// "), "a file begins with {first:?}");
+        let reached = network.contains(file.as_str()) || texts.iter().any(|(_, text)| text.contains(file));
+        assert!(reached, "no plan runs the file that begins with {first:?}");
+    }
+}
+
+#[test]
+fn every_text_of_a_pass_is_in_a_plan_that_fits() {
+    let plans = plans();
+    assert_eq!(unused(all(), &plans), [""; 0], "no plan runs these");
+    let listed: BTreeSet<_> = all().map(|source| (source.name, ShaderText::from(source).text)).collect();
+    for (name, text) in texts(&plans) {
+        assert!(COMPOSED.contains(&name) || listed.contains(&(name, text.into())), "{name} is not listed");
     }
     // The network's passes have constants in place of parameters.
     let steps = plans.iter().flat_map(|plan| plan.steps());
@@ -220,6 +251,13 @@ fn every_pass_is_in_a_plan_that_fits() {
         let first = step.shader.bindings.iter().find(|b| b.name.ends_with("_params")).expect(name);
         assert!(first.slot == 0 && !first.fields.is_empty(), "{name}: parameters come first");
     }
+}
+
+#[test]
+fn control_a_text_left_over_under_a_used_name_is_found() {
+    let leftover = ShaderSource { name: tally::TALLY.name, parts: &["// What was.", "// Tallies."] };
+    let found = unused([tally::TALLY, leftover], &[camera_plan(&jobs()[0])]);
+    assert_eq!(found, ["tally: // What was. // Tallies."]);
 }
 
 #[test]

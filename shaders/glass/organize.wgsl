@@ -11,7 +11,7 @@ const LEAST_RANGE_M = 0.05;
 // Farther than this no coordinate is taken for measured.
 const MOST_RANGE_M = 1000.0;
 
-// The ring of a point that has none (recording::points::Point::UNKNOWN).
+// The ring of a point that has none (sensor::Point::UNKNOWN).
 const NO_RING = 0xffffu;
 
 // By ring; by elevation where no point has a ring, or this one has none.

@@ -1,4 +1,4 @@
-// Nav2 costs by the distance to the nearest occupied cell: second half of the transform, four cells a word.
+// Nav2 costs by the distance to the nearest lethal cell: second half of the transform, four cells a word.
 // spec 1 §3 (inflation), spec 4 §2: no cost falls below that of the verdict, and unknown is overwritten only from 253 up.
 struct InflateColumnsParams {
     side: u32,
@@ -8,13 +8,10 @@ struct InflateColumnsParams {
 }
 
 @group(0) @binding(0) var<uniform> inflate_columns_params: InflateColumnsParams;
+@group(0) @binding(1) var<storage, read> verdicts: array<u32>;
 @group(0) @binding(2) var<storage, read> row_distance: array<u32>;
 @group(0) @binding(3) var<storage, read> cost_by_squared_distance: array<u32>;
 @group(0) @binding(4) var<storage, read_write> costmap: array<u32>;
-
-// Costs that this pass looks for.
-const UNKNOWN_COST = 255u;
-const INSCRIBED_COST = 253u;
 
 // Squared distances of the four cells of a word.
 fn squared_distances(quad: u32, y: u32) -> vec4<u32> {
@@ -38,9 +35,9 @@ fn cost_of(squared: u32, x: u32, y: u32) -> u32 {
         cost = cost_by_squared_distance[squared];
     }
     let cell = y * inflate_columns_params.side + min(x, inflate_columns_params.side - 1u);
-    let base = base_cost(cell);
-    if base == UNKNOWN_COST {
-        return select(UNKNOWN_COST, cost, cost >= INSCRIBED_COST);
+    let base = verdict_cost(verdicts[cell]);
+    if base == COST_UNKNOWN {
+        return select(COST_UNKNOWN, cost, cost >= COST_INSCRIBED);
     }
     return max(base, cost);
 }

@@ -1,4 +1,4 @@
-// Points as they are uploaded (recording::points::Point): two vec4 of 32 bits each.
+// Points as they are uploaded (sensor::Point): two vec4 of 32 bits each.
 //   points[2 i]      x, y, z in metres, intensity in the sensor's unit, as floats
 //   points[2 i + 1]  time in seconds as a float; ring, column << 16; return type, strength << 8; label
 
@@ -26,7 +26,7 @@ const GLASS_SHIFT = 8u;
 const STRENGTH_SHIFT = 20u;
 const GLASS_MASK = 0xfffu;
 
-// Classes of cells (lidar::CellClass).
+// Classes of cells (map::CellClass).
 const UNKNOWN = 0u;
 const FREE = 1u;
 const SOLID = 2u;

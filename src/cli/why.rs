@@ -58,7 +58,7 @@ pub(crate) fn execute(arguments: &WhyArguments) -> Result<()> {
             }
             None => "there is no map".into(),
         };
-        return Err(Error::Empty { reason });
+        return Err(Error::Input { what: "--at".into(), reason });
     };
     let names: Vec<String> = source.sensors().iter().map(|sensor| sensor.name.clone()).collect();
     println!("{}", why.text(&RuleSettings::of(&config), &names));

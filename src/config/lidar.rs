@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::validate::{from_0_up, positive};
 use super::{Config, bad_key, cells};
 use crate::base::Result;
 
@@ -64,14 +65,11 @@ impl Config {
     }
 
     fn scan_numbers(&self) -> Result<()> {
-        for (key, value) in
-            [("scan_resolution_m", self.scan_resolution_m), ("scan_map_size_m", self.scan_map_size_m)]
-        {
-            if !(value.is_finite() && value > 0.0) {
-                return Err(bad_key(key, format!("{value} is not a positive number")));
-            }
-        }
-        for (key, value) in [
+        positive(&[
+            ("scan_resolution_m", self.scan_resolution_m),
+            ("scan_map_size_m", self.scan_map_size_m),
+        ])?;
+        from_0_up(&[
             ("intensity_full_scale", self.intensity_full_scale),
             ("pose_jump_m_s", self.pose_jump_m_s),
             ("pose_jump_deg_s", self.pose_jump_deg_s),
@@ -85,11 +83,7 @@ impl Config {
             ("transparent_clear", self.transparent_clear),
             ("inflation_length_m", self.inflation_length_m),
             ("inflation_side_m", self.inflation_side_m),
-        ] {
-            if !(value.is_finite() && value >= 0.0) {
-                return Err(bad_key(key, format!("{value} is not a number from 0 up")));
-            }
-        }
+        ])?;
         if !(self.intensity_percentile > 0.0 && self.intensity_percentile <= 100.0) {
             let reason = format!("{} is not in (0, 100]", self.intensity_percentile);
             return Err(bad_key("intensity_percentile", reason));

@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::validate::{from_0_up, positive};
 use super::{Config, bad_key};
 use crate::base::Result;
 
@@ -43,21 +44,12 @@ impl Config {
     }
 
     pub(super) fn validate_map(&self) -> Result<()> {
-        for (key, value) in [
+        from_0_up(&[
             ("timeout_s", self.timeout_s),
             ("cell_timeout_s", self.cell_timeout_s),
             ("order_window_s", self.order_window_s),
-        ] {
-            if !(value.is_finite() && value >= 0.0) {
-                return Err(bad_key(key, format!("{value} is not a number from 0 up")));
-            }
-        }
-        if !(self.publish_rate_hz.is_finite() && self.publish_rate_hz > 0.0) {
-            return Err(bad_key(
-                "publish_rate_hz",
-                format!("{} is not a positive number", self.publish_rate_hz),
-            ));
-        }
+        ])?;
+        positive(&[("publish_rate_hz", self.publish_rate_hz)])?;
         if !(1..=MAX_POINTS).contains(&self.max_points) {
             return Err(bad_key("max_points", format!("{} is not in 1..={MAX_POINTS}", self.max_points)));
         }

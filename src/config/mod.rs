@@ -1,5 +1,4 @@
-//! Parameters: flat, with units in their names; read from YAML, checked as a whole. Longer than other files, as it is one list
-//! of keys.
+//! Parameters: flat, with units in their names; read from YAML, checked as a whole.
 
 use std::path::Path;
 
@@ -9,6 +8,7 @@ use crate::base::{Error, Result};
 use crate::sensor::ReturnCodes;
 use crate::sensor::VelodyneModel as Model;
 
+mod defaults;
 mod document;
 mod glass;
 mod keys;
@@ -282,112 +282,6 @@ pub struct Config {
     /// The sensors that the nested form names; empty: they are found in the recording. Not a key of the flat form.
     #[serde(skip)]
     pub sensors: Vec<SensorConfig>,
-}
-
-impl Default for Config {
-    #[expect(clippy::too_many_lines, reason = "a line for each parameter")]
-    fn default() -> Self {
-        Self {
-            method: Method::Auto,
-            weights: String::new(),
-            fusion: Fusion::Weight,
-            depth_topic: String::new(),
-            depth_info_topic: String::new(),
-            color_topic: String::new(),
-            color_info_topic: String::new(),
-            confidence_topic: String::new(),
-            depth_file: String::new(),
-            color_file: String::new(),
-            camera_matrix: [0.0; 9],
-            odometry_topic: String::new(),
-            map_frame: "map".into(),
-            base_frame: "base_link".into(),
-            camera_frame: String::new(),
-            static_transforms: Vec::new(),
-            pair_tolerance_s: 0.02,
-            transform_tolerance_s: 0.0,
-            depth_unit_m: 0.001,
-            ground_z_m: 0.0,
-            depth_min_m: 0.17,
-            depth_max_m: 10.0,
-            range_gate_m: 5.0,
-            mark_range_m: 5.0,
-            height_min_m: 0.1,
-            height_max_m: 2.0,
-            map_size_m: 12.0,
-            resolution_m: 0.05,
-            tau: 0.3,
-            lambda: 0.85,
-            rate_independent: false,
-            occupied_threshold: 0.7,
-            free_threshold: 0.5,
-            confirmations: 1,
-            min_hits: 1,
-            temporal_window: 5,
-            temporal_hits: 3,
-            inflation_radius_m: 0.55,
-            inscribed_radius_m: 0.1,
-            cost_scaling_factor: 10.0,
-            degraded_fraction: 0.5,
-            cloud_stride: 2,
-            publish_rate_hz: 10.0,
-            timeout_s: 0.5,
-            cell_timeout_s: 0.0,
-            order_window_s: 0.1,
-            passable_over_camera: false,
-            lidar_clears_camera: LidarClearsCamera::Doubtful,
-            inflation_law: InflationLaw::Auto,
-            scan_topic: String::new(),
-            velodyne_model: None,
-            return_codes: ReturnCodes::FirstLast,
-            lidar_frame: String::new(),
-            max_points: 262_144,
-            goal_topic: String::new(),
-            goal_m: Vec::new(),
-            scan_map_size_m: 20.0,
-            scan_resolution_m: 0.1,
-            deskew: true,
-            pose_jump_m_s: 10.0,
-            pose_jump_deg_s: 360.0,
-            intensity_full_scale: 255.0,
-            intensity_percentile: 99.0,
-            layer_heights_m: vec![-0.5, 0.0, 0.5],
-            plane_source: PlaneSource::Auto,
-            plane_below_m: 0.15,
-            plane_half_thickness_m: 0.05,
-            layer_measure: LayerMeasure::Mean,
-            azimuth_step_deg: 0.0,
-            elevation_step_deg: 0.0,
-            elevation_range_deg: [0.0, 0.0],
-            min_returns: 1,
-            gamma: 0.5,
-            transparent_threshold: 0.1,
-            transparent_decay_s: 0.0,
-            transparent_clear: 0.0,
-            inflation_kernel: InflationKernel::Adaptive,
-            inflation_length_m: 0.8,
-            inflation_padding_cells: 1,
-            inflation_side_m: 0.2,
-            passable_cost: 50,
-            glass: false,
-            glass_memory: true,
-            glass_panes: String::new(),
-            glass_seed: 1,
-            glass_hypotheses: 256,
-            glass_return_gap_m: 0.1,
-            glass_min_inliers: 40,
-            glass_min_behind: 20,
-            glass_fit_tolerance_m: 0.08,
-            glass_plane_tolerance_m: 0.15,
-            glass_match_m: 0.25,
-            glass_match_per_m: 0.02,
-            glass_slack_deg: 3.0,
-            glass_bright_ratio: 3.0,
-            glass_lobe_deg: 8.0,
-            glass_visible_deg: 16.0,
-            sensors: Vec::new(),
-        }
-    }
 }
 
 impl Config {

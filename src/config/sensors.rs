@@ -1,5 +1,6 @@
 //! The sensors that a configuration names (spec 4 §1).
 
+use super::validate::from_0_up;
 use super::{Config, bad_key};
 use crate::base::{Error, Result};
 use crate::sensor::{CameraInfo, LidarInfo, Scan, SensorKind, SensorModel};
@@ -136,9 +137,7 @@ pub(super) fn check_name(name: &str) -> Result<()> {
 
 fn check_values(sensor: &SensorConfig) -> Result<()> {
     let SensorConfig { name, timeout_s, parameters, .. } = sensor;
-    if !(timeout_s.is_finite() && *timeout_s >= 0.0) {
-        return Err(bad_key(&format!("{name}.timeout_s"), format!("{timeout_s} is not a number from 0 up")));
-    }
+    from_0_up(&[(&format!("{name}.timeout_s"), *timeout_s)])?;
     if !parameters.sensors.is_empty() {
         return Err(bad_key(name, "has sensors of its own".into()));
     }

@@ -9,7 +9,7 @@ impl Config {
     /// # Errors
     /// [`crate::Error::Config`] for the first key at fault.
     pub fn validate(&self) -> Result<()> {
-        self.positive()?;
+        self.numbers()?;
         self.shares()?;
         self.orders()?;
         self.counts()?;
@@ -24,8 +24,8 @@ impl Config {
         self.validate_sensors()
     }
 
-    fn positive(&self) -> Result<()> {
-        for (key, value) in [
+    fn numbers(&self) -> Result<()> {
+        positive(&[
             ("resolution_m", self.resolution_m),
             ("map_size_m", self.map_size_m),
             ("depth_unit_m", self.depth_unit_m),
@@ -33,24 +33,14 @@ impl Config {
             ("range_gate_m", self.range_gate_m),
             ("mark_range_m", self.mark_range_m),
             ("cost_scaling_factor", self.cost_scaling_factor),
-        ] {
-            if !(value.is_finite() && value > 0.0) {
-                return Err(bad_key(key, format!("{value} is not a positive number")));
-            }
-        }
-        for (key, value) in [
-            ("timeout_s", self.timeout_s),
-            ("order_window_s", self.order_window_s),
+        ])?;
+        from_0_up(&[
             ("pair_tolerance_s", self.pair_tolerance_s),
             ("transform_tolerance_s", self.transform_tolerance_s),
             ("depth_min_m", self.depth_min_m),
             ("inflation_radius_m", self.inflation_radius_m),
             ("inscribed_radius_m", self.inscribed_radius_m),
-        ] {
-            if !(value.is_finite() && value >= 0.0) {
-                return Err(bad_key(key, format!("{value} is not a number from 0 up")));
-            }
-        }
+        ])?;
         if !self.ground_z_m.is_finite() {
             return Err(bad_key("ground_z_m", format!("{} is not finite", self.ground_z_m)));
         }
@@ -112,5 +102,21 @@ impl Config {
             }
         }
         Ok(())
+    }
+}
+
+/// That each of these keys has a positive number.
+pub(super) fn positive(keys: &[(&str, f64)]) -> Result<()> {
+    match keys.iter().find(|(_, value)| !(value.is_finite() && *value > 0.0)) {
+        Some((key, value)) => Err(bad_key(key, format!("{value} is not a positive number"))),
+        None => Ok(()),
+    }
+}
+
+/// That each of these keys has a number from 0 up.
+pub(super) fn from_0_up(keys: &[(&str, f64)]) -> Result<()> {
+    match keys.iter().find(|(_, value)| !(value.is_finite() && *value >= 0.0)) {
+        Some((key, value)) => Err(bad_key(key, format!("{value} is not a number from 0 up"))),
+        None => Ok(()),
     }
 }

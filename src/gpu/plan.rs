@@ -2,6 +2,7 @@
 
 use crate::base::{Error, Result};
 use crate::gpu::context::Requirements;
+use crate::gpu::parts::layout_difference;
 pub use crate::gpu::parts::{BufferDecl, BufferId, Extent, Invocations, Role, Step};
 use crate::gpu::shader::{Access, Binding, Params, Shader, ShaderText};
 
@@ -387,20 +388,6 @@ impl Plan {
         }
         text
     }
-}
-
-/// How the WGSL struct of `binding` differs from the host's, in words.
-fn layout_difference(binding: &Binding, name: &str, fields: &[(&str, usize)], bytes: u64) -> Option<String> {
-    if binding.type_name != name {
-        return Some(format!("is a `{}` in WGSL and a `{name}` on the host", binding.type_name));
-    }
-    let same = binding.fields.len() == fields.len()
-        && binding.fields.iter().zip(fields).all(|(a, b)| a.0 == b.0 && a.1 as usize == b.1);
-    if !same {
-        return Some(format!("has fields {:?} in WGSL and {fields:?} on the host", binding.fields));
-    }
-    (binding.min_bytes != bytes)
-        .then(|| format!("spans {} bytes in WGSL and {bytes} on the host", binding.min_bytes))
 }
 
 fn plan_error(pass: &str, reason: &str) -> Error {

@@ -55,16 +55,26 @@ pub fn open(path: &Path, config: &Config) -> Result<Box<dyn Recording>> {
     if start.starts_with(bag::MAGIC) {
         return Ok(Box::new(LogReader::bag(path, config)?));
     }
+    Err(unread(path, &start, SUPPORTED))
+}
+
+/// First bytes of a pcapng file.
+const PCAPNG_MAGIC: &[u8] = &[0x0a, 0x0d, 0x0d, 0x0a];
+
+/// The error for a file that begins with `start` and that nobody reads: what it looks like, and what is `supported`.
+pub(in crate::input) fn unread(path: &Path, start: &[u8], supported: &str) -> Error {
     let looks = if start.starts_with(b"#ROSBAG V") {
         "is a ROS 1 bag of a format other than 2.0"
     } else if start.starts_with(b"SQLite format 3") {
         "is an SQLite file, as rosbag2 wrote them (.db3): convert it with `ros2 bag convert` or `mcap convert`"
+    } else if start.starts_with(PCAPNG_MAGIC) {
+        "is a pcapng file: convert it with `editcap -F pcap`"
     } else if start.is_empty() {
         "is empty"
     } else {
         "is of no known format"
     };
-    Err(Error::Format { path: path.into(), reason: format!("{looks}; {SUPPORTED}") })
+    Error::Format { path: path.into(), reason: format!("{looks}; {supported}") }
 }
 
 fn open_folder(path: &Path, config: &Config) -> Result<Box<dyn Recording>> {

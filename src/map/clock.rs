@@ -12,6 +12,9 @@ const JUMP_NS: u64 = 1_000_000_000;
 /// A stamp this far ahead of all other sensors is not believed at first, nanoseconds.
 const AHEAD_NS: u64 = 10_000_000_000;
 
+/// How long before its first observation a map's ticks begin, nanoseconds: what comes late after it has ticks of its own.
+const LEAD_NS: u64 = 10_000_000_000;
+
 /// So many stamps in a row that lie ahead are believed: the clock is another one, or all others ended.
 const AHEAD_BELIEVED: u32 = 3;
 
@@ -61,6 +64,9 @@ pub struct Clock {
 }
 
 impl Clock {
+    /// Length of a tick, seconds.
+    pub const TICK_S: f64 = std::time::Duration::from_nanos(TICK_NS).as_secs_f64();
+
     /// A duration in ticks, rounded up; 0 of 0.
     pub fn ticks(seconds: f64) -> u32 {
         u32::try_from(duration_ns(seconds).div_ceil(TICK_NS)).unwrap_or(u32::MAX)
@@ -101,7 +107,7 @@ impl Clock {
             at_ns = now_ns;
         }
         let since_last_ns = track.last_ns.map(|last_ns| at_ns.saturating_sub(last_ns));
-        let began_ns = *self.began_ns.get_or_insert(at_ns);
+        let began_ns = *self.began_ns.get_or_insert(at_ns.saturating_sub(LEAD_NS));
         // A sensor's own order is that of its messages: a stamp that goes back a little is as new as the one before.
         let tick = tick_of(began_ns, at_ns.max(track.last_ns.unwrap_or(0)));
         if track.is_stale(at_ns) {

@@ -208,9 +208,10 @@ pub fn rule(settings: &RuleSettings, panes: u32, lidar: u32, camera: u32) -> Opt
     rows(settings).into_iter().find(meets)
 }
 
-/// The rule as WGSL: `lidar_state_of(class)`, `camera_state_of(state)`, `rule_row(panes, lidar, camera)`, and of a row
-/// `rule_cost`, `rule_goes_stale` and `rule_layer`; the constants that they are made of.
-pub fn rule_wgsl(settings: &RuleSettings) -> String {
+/// The rule as WGSL, for a map of which only some layers `may_say` something (panes, lidars, cameras): rows that cannot apply
+/// are left out. `lidar_state_of(class)`, `camera_state_of(state)`, and `rule_of(panes, lidar, camera)`, which gives a row as a
+/// word: its cost in bits 0-7, its number in bits 8-11, its layer in bits 12-13, whether it goes stale in bit 16.
+pub fn rule_wgsl(settings: &RuleSettings, [has_panes, has_lidars, has_cameras]: [bool; 3]) -> String {
     let mut text = String::from("// The rule (spec 4 §2), written out from its table.\n");
     let mut line = |line: String| text += &(line + "\n");
     for (name, value) in [
@@ -227,7 +228,6 @@ pub fn rule_wgsl(settings: &RuleSettings) -> String {
         ("LAYER_PANES", Layer::Panes as u32),
         ("LAYER_LIDAR", Layer::Lidar as u32),
         ("LAYER_CAMERA", Layer::Camera as u32),
-        ("STALE_ROW", STALE_ROW),
     ] {
         line(format!("const {name} = {value}u;"));
     }
@@ -236,15 +236,24 @@ pub fn rule_wgsl(settings: &RuleSettings) -> String {
     line(switch("lidar_state_of", (0..).zip(CLASS_STATES), lidar::UNKNOWN));
     line(switch("camera_state_of", (0..).zip(CELL_STATES), camera::UNKNOWN));
     let rows = rows(settings);
-    let of_rows = |value: fn(&Row, &RuleSettings) -> u32| rows.map(|row| (row.number, value(&row, settings)));
-    line(switch("rule_cost", of_rows(|row, settings| row.cost.value(settings)), 255));
-    line(switch("rule_goes_stale", of_rows(|row, _| row.cost.goes_stale().into()), 0));
-    line(switch("rule_layer", of_rows(|row, _| row.from as u32), 0));
-    line("fn rule_row(panes: u32, lidar: u32, camera: u32) -> u32 {".into());
-    for Row { number, panes, lidar, camera, .. } in rows {
+    let word = |row: &Row| {
+        let stale = u32::from(row.cost.goes_stale());
+        row.cost.value(settings) | row.number << 8 | (row.from as u32) << 12 | stale << 16
+    };
+    let stale = rows.iter().filter(|row| row.number == STALE_ROW).map(word).next().unwrap_or(0);
+    line(format!("const STALE = {stale}u;"));
+    line("fn rule_of(panes: u32, lidar: u32, camera: u32) -> u32 {".into());
+    let silent = [(has_panes, panes::NONE), (has_lidars, lidar::UNKNOWN), (has_cameras, camera::UNKNOWN)];
+    let possible = |row: &&Row| {
+        let masks = [row.panes, row.lidar, row.camera].into_iter().zip(silent);
+        row.number != STALE_ROW
+            && masks.into_iter().all(|(mask, (says, nothing))| says || mask & nothing != 0)
+    };
+    for row in rows.iter().filter(possible) {
+        let Row { panes, lidar, camera, .. } = row;
         let meets =
             format!("(panes & {panes}u) != 0u && (lidar & {lidar}u) != 0u && (camera & {camera}u) != 0u");
-        line(format!("    if {meets} {{ return {number}u; }}"));
+        line(format!("    if {meets} {{ return {}u; }}", word(row)));
     }
     line("    return 0u;\n}".into());
     text

@@ -1,7 +1,7 @@
 //! Why a cell has its cost: what the rule decided, and what each layer of the map says (spec 4 §4).
 
 use crate::map::rule::{ROWS, Row, RuleSettings, rows};
-use crate::map::{CellClass, Verdict};
+use crate::map::{CellClass, Clock, Verdict};
 
 /// What the map holds of one cell.
 #[derive(Debug, Clone, PartialEq)]
@@ -98,7 +98,7 @@ const FLOOR: u32 = 1;
 
 fn seen_by(word: u32, tick: u32, now: u32) -> SeenBy {
     let sensor = usize::try_from((word >> 24) & 0x1f).ok().and_then(|number| number.checked_sub(1));
-    SeenBy { sensor, age_s: f64::from(now.saturating_sub(tick)) * 0.01 }
+    SeenBy { sensor, age_s: f64::from(now.saturating_sub(tick)) * Clock::TICK_S }
 }
 
 impl Records {

@@ -76,6 +76,7 @@ pub(super) fn map_job(config: &Config, sensors: &[SensorInfo]) -> Result<MapJob>
         side: config.cells_per_side()?,
         config,
         layers: Layers { cameras: cameras > 0, lidars, panes: glass_lidars > 0 },
+        sensors: sensors.len(),
         cameras,
         glass_lidars,
         apart: sensors.len() > 1,

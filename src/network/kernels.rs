@@ -128,7 +128,7 @@ impl Kernel {
                     Finish::Head => vec![numbers, sigmoid, wgsl!("lib/net/finish_head")],
                 };
                 let mut parts = vec![weights, lanes, source, skip, window, sampled(from)];
-                parts.extend([wgsl!("lib/net/skip_straight"), depthwise, sums]);
+                parts.extend([depthwise, sums]);
                 parts.extend(finish);
                 parts.push(wgsl!("net/fused"));
                 parts

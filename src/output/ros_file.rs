@@ -13,6 +13,9 @@ use crate::message::ros2::encode_cdr;
 use crate::message::schema;
 use crate::output::encode_error;
 
+/// A crash loses at most this many results.
+const RESULTS_PER_FLUSH: u64 = 15;
+
 /// Channel of a topic, and how many messages it has.
 struct Channel {
     id: u16,
@@ -24,6 +27,7 @@ pub struct RosFile<W: Write + Seek> {
     path: PathBuf,
     writer: Option<Writer<W>>,
     channels: HashMap<String, Channel>,
+    results: u64,
 }
 
 impl<W: Write + Seek> RosFile<W> {
@@ -38,7 +42,7 @@ impl<W: Write + Seek> RosFile<W> {
             .compression(Some(Compression::Zstd))
             .compression_threads(0);
         let writer = options.create(target).map_err(|e| mcap_error(path, e))?;
-        Ok(Self { path: path.into(), writer: Some(writer), channels: HashMap::new() })
+        Ok(Self { path: path.into(), writer: Some(writer), channels: HashMap::new(), results: 0 })
     }
 
     /// Appends `message` on `topic` with `stamp_ns` as log and publish time.
@@ -67,6 +71,15 @@ impl<W: Write + Seek> RosFile<W> {
             channel.sequence = channel.sequence.wrapping_add(1);
         }
         Ok(())
+    }
+
+    /// Ends what belongs to one result or frame; every fifteenth time what was written is flushed.
+    ///
+    /// # Errors
+    /// As [`Self::flush`].
+    pub fn end_result(&mut self) -> Result<()> {
+        self.results += 1;
+        if self.results.is_multiple_of(RESULTS_PER_FLUSH) { self.flush() } else { Ok(()) }
     }
 
     /// Closes the chunk in work, so that all messages so far are readable even if the file is never completed.

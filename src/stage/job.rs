@@ -18,6 +18,8 @@ pub struct MapJob {
     pub side: u32,
     /// Its layers.
     pub layers: Layers,
+    /// Sensors, those that are missing too.
+    pub sensors: usize,
     /// Cameras.
     pub cameras: u32,
     /// Lidars that search for glass.
@@ -30,13 +32,21 @@ impl MapJob {
     /// Of a camera alone.
     pub fn of_camera(config: &Config, side: u32) -> Self {
         let layers = Layers { cameras: true, ..Layers::default() };
-        Self { config: config.clone(), side, layers, cameras: 1, glass_lidars: 0, apart: false }
+        Self { config: config.clone(), side, layers, sensors: 1, cameras: 1, glass_lidars: 0, apart: false }
     }
 
     /// Of a lidar alone; `glass`: it searches for glass.
     pub fn of_lidar(config: &Config, side: u32, glass: bool) -> Self {
         let layers = Layers { cameras: false, lidars: true, panes: glass };
-        Self { config: config.clone(), side, layers, cameras: 0, glass_lidars: glass.into(), apart: false }
+        Self {
+            config: config.clone(),
+            side,
+            layers,
+            sensors: 1,
+            cameras: 0,
+            glass_lidars: glass.into(),
+            apart: false,
+        }
     }
 
     /// By which law lethal cells are inflated.

@@ -1,5 +1,5 @@
 //! The stages of a camera frame, of a scan and of a published map, one file each: what a stage declares and appends to the
-//! plan, and its parameters for one observation. `mapper.rs` lists them in order.
+//! plan, and its parameters for one observation. `mapper/stages.rs` lists them in order.
 
 pub mod camera;
 pub mod glass;

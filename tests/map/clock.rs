@@ -5,21 +5,31 @@ use limpid::map::{Clock, State};
 const S: u64 = 1_000_000_000;
 const MS: u64 = 1_000_000;
 const BEGAN: u64 = 1_700_000_000 * S;
+/// Tick of the first stamp.
+const FIRST: u32 = 1001;
 
 fn clock() -> Clock {
     Clock::new(&[S / 2, S / 2])
 }
 
 #[test]
-fn ticks_count_hundredths_from_the_first_stamp() {
-    let mut clock = Clock::new(&[S / 2; 3]);
-    assert_eq!(clock.observe(0, BEGAN).tick, 1);
-    assert_eq!(clock.observe(1, BEGAN + 25 * MS).tick, 3);
+fn ticks_count_hundredths_from_10_s_before_the_first_stamp() {
+    let mut clock = Clock::new(&[S / 2; 4]);
+    assert_eq!(clock.observe(0, BEGAN).tick, FIRST);
+    assert_eq!(clock.observe(1, BEGAN + 25 * MS).tick, FIRST + 2);
     // Late: its own tick, and the map's time stays.
-    assert_eq!(clock.observe(0, BEGAN + 15 * MS).tick, 2);
-    assert_eq!((clock.now(), clock.now_ns()), (3, BEGAN + 25 * MS));
-    assert_eq!(clock.observe(2, BEGAN - 5 * MS).tick, 1, "before the map began");
-    assert_eq!(clock.observe(1, BEGAN - 5 * MS).tick, 3, "a sensor's own messages stay in their order");
+    assert_eq!(clock.observe(2, BEGAN + 15 * MS).tick, FIRST + 1);
+    assert_eq!((clock.now(), clock.now_ns()), (FIRST + 2, BEGAN + 25 * MS));
+    // Before the map's first: older than it.
+    assert_eq!(clock.observe(3, BEGAN - 5 * MS).tick, FIRST - 1);
+    assert_eq!(
+        clock.observe(1, BEGAN - 5 * MS).tick,
+        FIRST + 2,
+        "a sensor's own messages stay in their order"
+    );
+    let mut other = self::clock();
+    other.observe(0, BEGAN);
+    assert_eq!(other.observe(1, BEGAN - 60 * S).tick, 1, "as old as a tick can be");
 }
 
 #[test]
@@ -39,12 +49,12 @@ fn after_an_outage_only_new_evidence_is_fresh() {
     }
     clock.observe(1, BEGAN + 1500 * MS);
     assert_eq!(clock.states(), [State::Stale, State::Ok], "0.6 s without data");
-    assert_eq!(clock.fresh_since(), [u32::MAX, 151], "and the other was away for as long");
+    assert_eq!(clock.fresh_since(), [u32::MAX, FIRST + 150], "and the other was away for as long");
     let back = clock.observe(0, BEGAN + 2000 * MS);
     clock.observe(1, BEGAN + 2000 * MS);
-    assert_eq!((back.tick, back.since_last_ns), (201, Some(1100 * MS)));
+    assert_eq!((back.tick, back.since_last_ns), (FIRST + 200, Some(1100 * MS)));
     assert_eq!(clock.states(), [State::Ok, State::Ok]);
-    assert_eq!(clock.fresh_since()[0], 201);
+    assert_eq!(clock.fresh_since()[0], FIRST + 200);
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use bytemuck::cast_slice;
 use limpid::Config;
 use limpid::gpu::Invocations;
-use limpid::stage::camera::cell_marks::{UPDATE_MARKS, params};
+use limpid::stage::camera::update::{UPDATE, mark_params};
 
 use crate::reference::cell_marks::{Look, Marked};
 use crate::stage::update::{self, SCALE};
@@ -40,7 +40,7 @@ fn run(side: u32, ring: &Ring, at: At, looks: &[Look]) -> Outputs {
     let (hits, seen): (Vec<[u32; 4]>, Vec<u32>) = looks.iter().map(|&look| encode(look)).unzip();
     Fragment::new()
         .params("update_params", &update::params(&Config::default(), side, [2 % side, 5 % side]))
-        .params("cell_marks_params", &params(at.tick, at.sensor, 0.85))
+        .params("cell_marks_params", &mark_params(at.tick, at.sensor, 0.85))
         .input("cell_hits", &hits)
         .input("seen_through", &seen)
         .changed("cells", &ring.0)
@@ -49,7 +49,7 @@ fn run(side: u32, ring: &Ring, at: At, looks: &[Look]) -> Outputs {
         .output("occupancy", looks.len())
         .output("state", looks.len())
         .constants(&[("timed", at.timed), ("lowest", true)])
-        .run(UPDATE_MARKS, Invocations::area(side, side))
+        .run(UPDATE, Invocations::area(side, side))
 }
 
 fn ring(out: &Outputs) -> Ring {

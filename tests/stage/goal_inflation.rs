@@ -5,7 +5,7 @@ use limpid::config::{Config, InflationKernel};
 use limpid::gpu::Invocations;
 use limpid::map::Verdict;
 use limpid::stage::map::goal_inflation::{
-    GOAL_INFLATION, GOAL_INFLATION_OF_CAMERAS, GOAL_INFLATION_OF_LIDARS, GoalInflationParams, kernel, params,
+    GOAL_INFLATION_OF_CAMERAS, GOAL_INFLATION_OF_LIDARS, GoalInflationParams, kernel, params,
 };
 
 use crate::reference::goal_inflation::{inflate, reaches};
@@ -24,18 +24,40 @@ fn towards(theta: f64) -> Option<DVec2> {
     Some(DVec2::from_angle(theta))
 }
 
-fn spread(config: &Config, theta: f64, side: usize, strength: &[u32]) -> Vec<u32> {
+const ORIGIN_SLOT: [u32; 2] = [4, 17];
+
+/// Row, cost and the strength that the solidity layer keeps.
+type Cell = (u32, u8, u32);
+
+/// Sum of strengths and whether within the inscribed radius, cell by cell; in a map with `lidars`, or without.
+fn spread_cells(config: &Config, theta: f64, cells: &[Cell], lidars: bool) -> Vec<u32> {
+    let side = cells.len().isqrt();
     let kernel = kernel(config, towards(theta));
-    let (taps, inscribed) = (kernel.taps.len() as u32, kernel.inscribed as u32);
-    let params =
-        GoalInflationParams { side: side as u32, taps, inscribed, origin_slot_x: 0, origin_slot_y: 0 };
-    let out = Fragment::new()
-        .params("goal_inflation_params", &params)
-        .input("cell_class", &strength.iter().map(|steps| steps << 20 | 0xf_ff02).collect::<Vec<_>>())
+    let origin_slot = ORIGIN_SLOT.map(|slot| slot % side as u32);
+    let verdicts: Vec<u32> =
+        cells.iter().map(|&(row, cost, _)| Verdict::pack(cost, row, Some(3), 77).0).collect();
+    let mut solid = vec![[u32::MAX; 4]; side * side];
+    for (cell, &(.., steps)) in cells.iter().enumerate() {
+        let [x, y] = [cell % side + origin_slot[0] as usize, cell / side + origin_slot[1] as usize];
+        solid[y % side * side + x % side] = [steps << 20 | 0xf_ff02, 1, 0, 0];
+    }
+    let mut fragment = Fragment::new()
+        .params("goal_inflation_params", &params(side as u32, &kernel, origin_slot))
+        .input("verdicts", &verdicts)
         .input("kernel_taps", &kernel.packed())
-        .changed("inflation", &vec![0_u32; side * side])
-        .run(GOAL_INFLATION, Invocations::area(side as u32, side as u32));
+        .changed("inflation", &vec![0_u32; side * side]);
+    if lidars {
+        fragment = fragment.input("solid_cells", &solid);
+    }
+    let pass = if lidars { GOAL_INFLATION_OF_LIDARS } else { GOAL_INFLATION_OF_CAMERAS };
+    let out = fragment.run(pass, Invocations::area(side as u32, side as u32));
     out.words("inflation").iter().flat_map(|word| [word & (u32::MAX >> 1), word >> 31]).collect()
+}
+
+/// The same of cells that a lidar finds solid where they have any strength, else free.
+fn spread(config: &Config, theta: f64, strength: &[u32]) -> Vec<u32> {
+    let cell = |&steps: &u32| if steps > 0 { (2, 254, steps) } else { (8, 0, 0) };
+    spread_cells(config, theta, &strength.iter().map(cell).collect::<Vec<_>>(), true)
 }
 
 #[test]
@@ -51,7 +73,7 @@ fn twin_for_all_kernels_and_directions() {
         let config = config(inflation_kernel);
         for degrees in [0.0, 37.0 + number as f64, 90.0, -90.0, 180.0, 225.0] {
             let theta = f64::to_radians(degrees);
-            let got = spread(&config, theta, side, &strength);
+            let got = spread(&config, theta, &strength);
             let want: Vec<u32> = inflate(&config, theta, side, &strength).into_iter().flatten().collect();
             assert_close(&format!("{inflation_kernel:?} at {degrees}"), &got, &want, EXACT);
             let other: Vec<u32> =
@@ -71,19 +93,23 @@ fn edge_sizes() {
     for side in [1, 7, 8, 9] {
         let strength = vec![7; side * side];
         let want: Vec<u32> = inflate(&config, 0.3, side, &strength).into_iter().flatten().collect();
-        assert_close("spread", &spread(&config, 0.3, side, &strength), &want, EXACT);
-        let nothing = spread(&config, 0.3, side, &vec![0; side * side]);
+        assert_close("spread", &spread(&config, 0.3, &strength), &want, EXACT);
+        let nothing = spread(&config, 0.3, &vec![0; side * side]);
         assert!(nothing.iter().all(|&word| word == 0));
     }
-    Fragment::new()
-        .params(
-            "goal_inflation_params",
-            &GoalInflationParams { side: 1, taps: 0, inscribed: 0, origin_slot_x: 0, origin_slot_y: 0 },
-        )
-        .input("cell_class", &[0_u32])
-        .input("kernel_taps", &[0_u32])
-        .changed("inflation", &[0_u32])
-        .refuses_nothing(GOAL_INFLATION);
+    for lidars in [true, false] {
+        let nothing =
+            GoalInflationParams { side: 1, taps: 0, inscribed: 0, origin_slot_x: 0, origin_slot_y: 0 };
+        let mut fragment = Fragment::new()
+            .params("goal_inflation_params", &nothing)
+            .input("verdicts", &[0_u32])
+            .input("kernel_taps", &[0_u32])
+            .changed("inflation", &[0_u32]);
+        if lidars {
+            fragment = fragment.input("solid_cells", &[[0_u32; 4]]);
+        }
+        fragment.refuses_nothing(if lidars { GOAL_INFLATION_OF_LIDARS } else { GOAL_INFLATION_OF_CAMERAS });
+    }
 }
 
 #[test]
@@ -128,8 +154,7 @@ fn truth_adaptive_reaches_back_from_the_goal_and_never_less_than_the_robot() {
     assert_eq!(square.taps.len(), 13 * 13);
 }
 
-/// Row, cost and what the solidity layer keeps.
-fn lethal_and_other_cells(count: usize, random: &mut Random) -> Vec<(u32, u8, u32)> {
+fn lethal_and_other_cells(count: usize, random: &mut Random) -> Vec<Cell> {
     let mut cell = || match random.below(40) {
         0 => (2, 254, random.below(4080) + 1),
         1 => (3, 254, random.below(4080) + 1),
@@ -142,39 +167,16 @@ fn lethal_and_other_cells(count: usize, random: &mut Random) -> Vec<(u32, u8, u3
 }
 
 #[test]
-fn verdicts_are_spread_as_the_classes_of_a_scan_are() {
+fn lethal_verdicts_are_spread_fully_where_no_lidar_says_how_much() {
     if skipped() {
         return;
     }
-    let (side, origin_slot) = (19_usize, [4_u32, 17]);
+    let side = 19;
     let (config, mut random) = (config(InflationKernel::Adaptive), Random(9));
-    let kernel = kernel(&config, towards(0.6));
     let cells = lethal_and_other_cells(side * side, &mut random);
-    let verdicts: Vec<u32> =
-        cells.iter().map(|&(row, cost, _)| Verdict::pack(cost, row, Some(3), 77).0).collect();
-    let mut solid = vec![[u32::MAX; 4]; side * side];
-    for (cell, &(.., steps)) in cells.iter().enumerate() {
-        let [x, y] = [cell % side + origin_slot[0] as usize, cell / side + origin_slot[1] as usize];
-        solid[y % side * side + x % side] = [steps << 20 | 0xf_ff02, 1, 0, 0];
-    }
-    let spread = |lidars: bool| {
-        let mut fragment = Fragment::new()
-            .params("goal_inflation_params", &params(side as u32, &kernel, origin_slot))
-            .input("verdicts", &verdicts)
-            .input("kernel_taps", &kernel.packed())
-            .changed("inflation", &vec![0_u32; side * side]);
-        if lidars {
-            fragment = fragment.input("solid_cells", &solid);
-        }
-        let pass = if lidars { GOAL_INFLATION_OF_LIDARS } else { GOAL_INFLATION_OF_CAMERAS };
-        let out = fragment.run(pass, Invocations::area(side as u32, side as u32));
-        out.words("inflation")
-            .iter()
-            .flat_map(|word| [word & (u32::MAX >> 1), word >> 31])
-            .collect::<Vec<_>>()
-    };
+    let spread = |lidars| spread_cells(&config, 0.6, &cells, lidars);
     let strength = |lidars: bool| -> Vec<u32> {
-        let of = |&(row, cost, steps): &(u32, u8, u32)| match (cost, row) {
+        let of = |&(row, cost, steps): &Cell| match (cost, row) {
             (254, 2 | 3) if lidars => steps,
             (254, _) => 4080,
             _ => 0,

@@ -1,7 +1,7 @@
 //! Inflation against SciPy's exact distance transform, cell by cell.
 
 use limpid::Config;
-use limpid::gpu::{Invocations, ShaderSource};
+use limpid::gpu::Invocations;
 use limpid::map::Verdict;
 use limpid::stage::map::inflate::*;
 
@@ -64,50 +64,42 @@ fn golden() -> (Vec<u32>, Vec<Case>) {
     (states, (0..count).map(case).collect())
 }
 
-fn packed_bits(side: usize, state: &[u32]) -> Vec<u32> {
+fn packed_bits(side: usize, verdicts: &[u32]) -> Vec<u32> {
     let words = side.div_ceil(32);
     let mut bits = vec![0; side * words];
-    for (i, _) in state.iter().enumerate().filter(|(_, s)| **s == OCCUPIED) {
+    for (i, _) in verdicts.iter().enumerate().filter(|(_, verdict)| **verdict & 0xff == 254) {
         bits[i / side * words + i % side / 32] |= 1 << (i % side % 32);
     }
     bits
 }
 
-/// The three passes one after the other, each on the other's output. From states, and from verdicts that say the same.
+/// From states, as a map of cameras alone decides them.
 fn inflate(config: &Config, side: usize, state: &[u32]) -> Vec<u8> {
-    let cost = |state: &u32| match *state & 3 {
-        UNKNOWN => 255,
+    let cost = |state: &u32| match *state {
+        FREE => 0,
         OCCUPIED => 254,
-        _ => 0,
+        _ => 255,
     };
-    let of_states = inflate_by(config, side, ("state", state), [PACK, COLUMNS]);
-    assert_eq!(of_states, inflate_verdicts(config, side, &state.iter().map(cost).collect::<Vec<_>>()));
-    of_states
+    inflate_costs(config, side, &state.iter().map(cost).collect::<Vec<_>>())
 }
 
 /// From costs before inflation.
-fn inflate_verdicts(config: &Config, side: usize, costs: &[u8]) -> Vec<u8> {
+fn inflate_costs(config: &Config, side: usize, costs: &[u8]) -> Vec<u8> {
     let verdicts: Vec<u32> = costs.iter().map(|&cost| Verdict::pack(cost, 6, Some(2), 99).0).collect();
-    inflate_by(config, side, ("verdicts", &verdicts), [PACK_VERDICTS, COLUMNS_VERDICTS])
+    inflate_verdicts(config, side, &verdicts)
 }
 
-fn inflate_by(
-    config: &Config,
-    side: usize,
-    (name, state): (&str, &[u32]),
-    [pack, columns]: [ShaderSource; 2],
-) -> Vec<u8> {
+/// The three passes one after the other, each on the other's output.
+fn inflate_verdicts(config: &Config, side: usize, verdicts: &[u32]) -> Vec<u8> {
     let row_words = side.div_ceil(32);
     let (side, words, radius) = (side as u32, row_words as u32, radius_cells(config).min(side as u32));
     let quads = side.div_ceil(4);
     let bits = Fragment::new()
         .params("inflate_pack_params", &InflatePackParams { side, words })
-        .input(name, state)
+        .input("verdicts", verdicts)
         .output("occupied_bits", row_words * side as usize)
-        .run(pack, Invocations::line(side * words));
-    if name == "state" {
-        assert_eq!(bits.words("occupied_bits"), packed_bits(side as usize, state));
-    }
+        .run(PACK, Invocations::line(side * words));
+    assert_eq!(bits.words("occupied_bits"), packed_bits(side as usize, verdicts));
     let rows = Fragment::new()
         .params("inflate_rows_params", &InflateRowsParams { side, words, radius, quads })
         .input("occupied_bits", bits.words("occupied_bits"))
@@ -115,11 +107,11 @@ fn inflate_by(
         .run(ROWS, Invocations::line(side * quads));
     let costs = Fragment::new()
         .params("inflate_columns_params", &InflateColumnsParams { side, radius, quads, pad: 0 })
-        .input(name, state)
+        .input("verdicts", verdicts)
         .input("row_distance", rows.words("row_distance"))
         .input("cost_by_squared_distance", &cost_table(config))
         .output("costmap", (side * quads) as usize)
-        .run(columns, Invocations::line(side * quads));
+        .run(COLUMNS, Invocations::line(side * quads));
     let bytes: Vec<u8> = costs.words("costmap").iter().flat_map(|w| w.to_le_bytes()).collect();
     bytes.chunks_exact(4 * quads as usize).flat_map(|row| row[..side as usize].to_vec()).collect()
 }
@@ -169,7 +161,7 @@ fn edge_sizes_against_the_twin() {
     }
     let fragment = Fragment::new()
         .params("inflate_pack_params", &InflatePackParams { side: 8, words: 1 })
-        .input("state", &[0_u32; 64])
+        .input("verdicts", &[0_u32; 64])
         .output("occupied_bits", 8);
     fragment.refuses_nothing(PACK);
     let mut random = Random(51);
@@ -191,7 +183,7 @@ fn edge_sizes_against_the_twin() {
 }
 
 #[test]
-fn poison_states() {
+fn poison_verdicts() {
     if skipped() {
         return;
     }
@@ -199,10 +191,13 @@ fn poison_states() {
     assert_eq!(inflate(&config, 9, &[OCCUPIED; 81]), [254; 81]);
     assert_eq!(inflate(&config, 9, &[UNKNOWN; 81]), [255; 81]);
     assert_eq!(inflate(&config, 9, &[FREE; 81]), [0; 81]);
-    let mut state = [u32::MAX; 81];
-    assert_eq!(inflate(&config, 9, &state), [0; 81], "what is no state is no obstacle");
-    state[40] = OCCUPIED;
-    assert_eq!(inflate(&config, 9, &state)[40], 254);
+    let mut verdicts = [u32::MAX; 81];
+    assert_eq!(inflate_verdicts(&config, 9, &verdicts), [255; 81], "rows and sensors that there are not");
+    verdicts[40] = 0xffff_fffe;
+    let costs = inflate_verdicts(&config, 9, &verdicts);
+    assert_eq!((costs[40], costs[41], costs[0]), (254, 253, 255));
+    let odd: Vec<u8> = inflate_verdicts(&config, 9, &[0xffff_fffd; 81]);
+    assert_eq!(odd, [253; 81], "a cost that is not lethal is no obstacle");
 }
 
 #[test]
@@ -213,11 +208,11 @@ fn truth_passable_cells_keep_their_cost_where_nothing_near_costs_more() {
     let config = Config { map_size_m: 0.45, inflation_radius_m: 0.2, ..Config::default() };
     let mut costs = [50; 81];
     costs[40] = 254;
-    let got = inflate_verdicts(&config, 9, &costs);
+    let got = inflate_costs(&config, 9, &costs);
     let along: Vec<u8> = got[36..45].to_vec();
     // 252 exp(-10 (0.15 - 0.1)) = 152, 252 exp(-1) = 92; beyond the radius the passable cost is left.
     assert_eq!(along, [92, 152, 253, 253, 254, 253, 253, 152, 92]);
     assert_eq!((got[0], got[8]), (50, 50));
     costs[36] = 255;
-    assert_eq!(inflate_verdicts(&config, 9, &costs)[36], 255, "unknown is overwritten only from 253 up");
+    assert_eq!(inflate_costs(&config, 9, &costs)[36], 255, "unknown is overwritten only from 253 up");
 }

@@ -2,7 +2,7 @@
 
 use glam::{Vec2, Vec4};
 use limpid::gpu::Invocations;
-use limpid::stage::lidar::intensity_classes::{INTENSITY_CLASSES, IntensityClassesParams};
+use limpid::stage::lidar::intensity_classes::{INTENSITY_CLASSES, IntensityClassesParams, layer_params};
 
 use crate::reference::intensity_classes::{Cell, Limits, classify};
 use crate::support::compare::{EXACT, Tolerance, assert_close};
@@ -45,6 +45,10 @@ const fn in_memory(steps: u32) -> u32 {
     steps << 20
 }
 
+/// What the layer holds before: glass that this lidar saw. Such a cell takes over the word of any scan, also of one that says
+/// nothing of it by itself.
+const OWN_GLASS: [u32; 4] = [4, 1, 0, 1 << 24];
+
 /// (sum, count) of the four layers of each cell; every beam reaches `reach_m`.
 fn run(
     params: &IntensityClassesParams,
@@ -57,14 +61,25 @@ fn run(
     let sums: Vec<[u32; 2]> = layers.iter().flatten().copied().collect();
     Fragment::new()
         .params("intensity_classes_params", params)
+        .params("solid_cells_params", &layer_params(20, 0, 0.5))
         .input("layer_sums", &sums)
         .input("sector_range", &vec![(reach_m * 1024.0) as u32; 2 * SECTORS])
         .changed("remembered", remembered)
-        .output("cell_class", cells)
+        .changed("solid_cells", &vec![OWN_GLASS; cells])
         .output("obstacle_value", cells)
         .output("layer_values", 4 * cells)
         .constants(constants)
         .run(INTENSITY_CLASSES, Invocations::area(params.side, params.side))
+}
+
+/// The words of the cells, by their places in the window.
+fn words(out: &Outputs, params: &IntensityClassesParams) -> Vec<u32> {
+    let (side, layer) = (params.side, out.words("solid_cells"));
+    let slot = |cell: u32| {
+        let [x, y] = [cell % side + params.origin_slot_x, cell / side + params.origin_slot_y];
+        (y % side * side + x % side) as usize
+    };
+    (0..side * side).map(|cell| layer[4 * slot(cell)]).collect()
 }
 
 fn compare_with_twin(side: usize, seed: u64) {
@@ -79,8 +94,9 @@ fn compare_with_twin(side: usize, seed: u64) {
     layers.iter_mut().skip(1).step_by(7).for_each(|layers| *layers = [NONE; 4]);
     let remembered: Vec<u32> =
         (0..side * side).map(|_| if random.chance(0.1) { random.below(4080) } else { 0 }).collect();
+    let params = params(side);
     let out = run(
-        &params(side),
+        &params,
         &layers,
         100.0,
         &remembered.iter().map(|&steps| in_memory(steps)).collect::<Vec<_>>(),
@@ -97,11 +113,12 @@ fn compare_with_twin(side: usize, seed: u64) {
         })
         .collect();
     let column = |at: usize| want.iter().map(|cell| cell[at]).collect::<Vec<_>>();
-    let classes: Vec<u32> = out.words("cell_class").iter().map(|word| word & 0xff).collect();
+    let words = words(&out, &params);
+    let classes: Vec<u32> = words.iter().map(|word| word & 0xff).collect();
     assert_close("class", &classes, &column(0), EXACT);
-    let strength: Vec<u32> = out.words("cell_class").iter().map(|word| word >> 20).collect();
+    let strength: Vec<u32> = words.iter().map(|word| word >> 20).collect();
     assert_close("strength", &strength, &column(1), STEP);
-    let glass: Vec<u32> = out.words("cell_class").iter().map(|word| word >> 8 & 0xfff).collect();
+    let glass: Vec<u32> = words.iter().map(|word| word >> 8 & 0xfff).collect();
     assert_close("glass", &glass, &column(2), STEP);
     let remembered: Vec<u32> = out.words("remembered").iter().map(|word| word >> 20).collect();
     assert_close("remembered", &remembered, &column(2), STEP);
@@ -134,7 +151,7 @@ fn truth_free_unknown_undecided_glass_and_clearing() {
     if skipped() {
         return;
     }
-    let class = |out: &Outputs| out.words("cell_class")[0] & 0xff;
+    let class = |out: &Outputs| words(out, &params(1))[0] & 0xff;
     let one = |layers: [[u32; 2]; 4], reach_m: f64| class(&run(&params(1), &[layers], reach_m, &[0], &[]));
     assert_eq!(one([NONE; 4], 5.0), 1, "crossed");
     assert_eq!(one([NONE; 4], 0.05), 0, "the beam ended in it");
@@ -168,7 +185,7 @@ fn truth_cells_that_enter_the_window_have_no_past() {
     let moved =
         IntensityClassesParams { shift_x: 1, shift_y: -1, origin_slot_x: 1, origin_slot_y: 2, ..params(3) };
     let out = run(&moved, &[[NONE; 4]; 9], 5.0, &[in_memory(900); 9], &[]);
-    let glass: Vec<bool> = out.words("cell_class").iter().map(|word| word & 0xff == 4).collect();
+    let glass: Vec<bool> = words(&out, &moved).iter().map(|word| word & 0xff == 4).collect();
     let (kept, new) = (true, false);
     assert_eq!(glass, [new, new, new, kept, kept, new, kept, kept, new]);
     // Window row 0 lies in the slots of row 2, column 2 in those of column 0.
@@ -201,6 +218,7 @@ fn poison_stays_in_its_cell() {
     let layers = [[most; 4], [[u32::MAX, 0]; 4], [NONE; 4], [[0, u32::MAX]; 4]];
     let out = run(&params(2), &layers, 1e5, &[u32::MAX, 0, 0, 0], &[]);
     assert!(out.floats("obstacle_value").iter().chain(&out.floats("layer_values")).all(|v| v.is_finite()));
-    assert!(out.words("cell_class").iter().all(|word| word & 0xff <= 4));
-    assert_eq!(out.words("cell_class")[2] & 0xff, 1);
+    let words = words(&out, &params(2));
+    assert!(words.iter().all(|word| word & 0xff <= 4));
+    assert_eq!(words[2] & 0xff, 1);
 }

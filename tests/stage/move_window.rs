@@ -1,10 +1,11 @@
 //! The rolling window: what stays keeps its bits, what comes is unknown.
 
+use bytemuck::cast_slice;
 use limpid::Config;
-use limpid::gpu::Invocations;
+use limpid::gpu::{Invocations, ShaderText};
 use limpid::map::Window;
 use limpid::stage::map::layers::Layers;
-use limpid::stage::map::move_window::{MOVE_WINDOW, MoveWindowParams, params, shader};
+use limpid::stage::map::move_window::{params, shader};
 
 use crate::reference::move_window::Kept;
 use crate::support::gpu::{Fragment, SENTINEL, skipped};
@@ -12,30 +13,39 @@ use crate::support::random::Random;
 
 const SIDE: u32 = 9;
 
+/// The pass of a camera in a map of cameras alone.
+fn of_cameras() -> ShaderText {
+    shader(Layers { cameras: true, ..Layers::default() }, true)
+}
+
+/// Of a cell that the window keeps, its marks too.
+fn marks_of(cells: &[[u32; 4]]) -> Vec<[u32; 2]> {
+    cells.iter().map(|cell| [cell[2], cell[3]]).collect()
+}
+
 fn fragment(side: u32, window: Window, cells: &[[u32; 4]]) -> Fragment {
-    let [origin_slot_x, origin_slot_y] = window.origin_slot(side);
-    let [shift_x, shift_y] = window.shift;
-    let forget = u32::from(window.forget);
-    let params = MoveWindowParams { side, origin_slot_x, origin_slot_y, shift_x, shift_y, forget };
     Fragment::new()
-        .params("move_window_params", &params)
+        .params("move_window_params", &params(&window, side))
         .changed("cells", cells)
+        .changed("cell_marks", &marks_of(cells))
         .output("cell_hits", cells.len() * 4)
         .output("seen_through", cells.len())
         .output("counters", 8)
 }
 
-/// The ring of cells after the move; asserts that the frame's sums are cleared.
+/// The ring of cells after the move; asserts that their marks move with them, and that the frame's sums are cleared.
 fn moved(side: u32, window: Window, cells: &[[u32; 4]]) -> Vec<[u32; 4]> {
     let invocations = Invocations::area(side.max(8), side);
-    let out = fragment(side, window, cells).run(MOVE_WINDOW, invocations);
+    let out = fragment(side, window, cells).run(of_cameras(), invocations);
     assert!(
         ["cell_hits", "seen_through", "counters"]
             .iter()
             .flat_map(|name| out.words(name))
             .all(|&word| word == 0)
     );
-    out.words("cells").chunks_exact(4).map(|c| [c[0], c[1], c[2], c[3]]).collect()
+    let after: Vec<[u32; 4]> = cast_slice(out.words("cells")).to_vec();
+    assert_eq!(out.words("cell_marks"), marks_of(&after).as_flattened());
+    after
 }
 
 fn random_cells(side: u32, random: &mut Random) -> Vec<[u32; 4]> {
@@ -123,7 +133,7 @@ fn edge_sizes() {
     if skipped() {
         return;
     }
-    fragment(1, window([0, 0], [0, 0]), &[[1; 4]]).refuses_nothing(MOVE_WINDOW);
+    fragment(1, window([0, 0], [0, 0]), &[[1; 4]]).refuses_nothing(of_cameras());
     for side in [1, 7, 8, 9] {
         let before = random_cells(side, &mut Random(6));
         assert_eq!(moved(side, window([2, 3], [0, 0]), &before), before);

@@ -6,7 +6,7 @@ use limpid::base::Rigid;
 use limpid::gpu::Invocations;
 use limpid::map::Pane;
 use limpid::stage::glass::pane_cells::{
-    GlassLidar, PANE_CELLS, PANE_LAYER, PaneCellsParams, SHARE_PANES, layer_params, share_params,
+    GlassLidar, PANE_CELLS, PaneCellsParams, SHARE_PANES, layer_params, share_params,
 };
 
 use crate::reference::pane_cells::{Corners, marks};
@@ -15,7 +15,6 @@ use crate::support::gpu::{Fragment, skipped};
 use crate::support::random::Random;
 
 const CELL_M: f64 = 0.125;
-const TRANSPARENT: u32 = 4;
 const KEPT: usize = 16;
 
 fn params(side: usize, band_m: Option<[f64; 2]>) -> PaneCellsParams {
@@ -59,15 +58,58 @@ fn list_of(panes: &[Pane]) -> Vec<u32> {
     words
 }
 
-/// Cells of glass, row by row.
-fn run(params: &PaneCellsParams, panes: &[Pane]) -> Vec<bool> {
-    let cells = (params.side * params.side) as usize;
+const ORIGIN_SLOT: [u32; 2] = [5, 3];
+
+/// The layer after a scan of `lidar` at which `map_panes` holds `shared`, slot by slot.
+fn layer(
+    params: &PaneCellsParams,
+    before: &[[u32; 2]],
+    tick: u32,
+    lidar: GlassLidar,
+    panes: &[Pane],
+    shared: &[Pane],
+) -> Vec<[u32; 2]> {
+    let side = params.side;
     let out = Fragment::new()
         .params("pane_cells_params", params)
+        .params("pane_layer_params", &layer_params(tick, lidar, ORIGIN_SLOT.map(|slot| slot % side)))
         .input("panes", &list_of(panes))
-        .changed("cell_class", &vec![1_u32; cells])
-        .run(PANE_CELLS, Invocations::area(params.side, params.side));
-    out.words("cell_class").iter().map(|word| word & 0xff == TRANSPARENT).collect()
+        .input("map_panes", shared)
+        .changed("pane_records", before)
+        .run(PANE_CELLS, Invocations::area(side, side));
+    cast_slice(out.words("pane_records")).to_vec()
+}
+
+/// As window cells, row by row.
+fn in_window(ring: &[[u32; 2]]) -> Vec<[u32; 2]> {
+    let side = ring.len().isqrt();
+    let [x0, y0] = ORIGIN_SLOT.map(|slot| slot as usize);
+    (0..ring.len()).map(|at| ring[(at / side + y0) % side * side + (at % side + x0) % side]).collect()
+}
+
+/// Two lidars' worth of panes in the map, those of the second last; `found` is the tick in all of them.
+fn shared(number: u32, panes: &[Pane], found: u32) -> Vec<Pane> {
+    let mut all = vec![Pane::default(); 2 * KEPT];
+    panes
+        .iter()
+        .enumerate()
+        .for_each(|(k, pane)| all[number as usize * KEPT + k] = Pane { age: found, ..*pane });
+    all
+}
+
+const FRONT: GlassLidar = GlassLidar { sensor: 4, number: 1 };
+
+/// Cells of glass, row by row.
+fn run(params: &PaneCellsParams, panes: &[Pane]) -> Vec<bool> {
+    let nothing = vec![[0, 0]; (params.side * params.side) as usize];
+    let after = layer(params, &nothing, 9, FRONT, panes, &shared(1, panes, 9));
+    in_window(&after).iter().map(|record| record[1] != 0).collect()
+}
+
+/// Cells of a window of `side` cells that a pane crosses, whatever its height, row by row.
+fn crossed(side: usize, corners: &Corners) -> Vec<bool> {
+    let centre_m = |at: usize| DVec2::new((at % side) as f64 + 0.5, (at / side) as f64 + 0.5) * CELL_M;
+    (0..side * side).map(|at| marks(corners, centre_m(at), CELL_M, None)).collect()
 }
 
 /// Upright, from `low_m` to `high_m` above the lidar, across a window of `side` cells.
@@ -150,60 +192,21 @@ fn poison_marks_nothing() {
     assert!(run(&params(9, band_m), &[none, good]).iter().any(|cell| *cell), "the control");
 }
 
-const ORIGIN_SLOT: [u32; 2] = [5, 3];
-
-/// The layer after a scan of `lidar` at which `map_panes` holds `shared`, slot by slot.
-fn layer(
-    before: &[[u32; 2]],
-    tick: u32,
-    lidar: GlassLidar,
-    panes: &[Pane],
-    shared: &[Pane],
-) -> Vec<[u32; 2]> {
-    let side = before.len().isqrt();
-    let params = params(side, None);
-    let out = Fragment::new()
-        .params("pane_cells_params", &params)
-        .params("pane_layer_params", &layer_params(tick, lidar, ORIGIN_SLOT.map(|slot| slot % side as u32)))
-        .input("panes", &list_of(panes))
-        .input("map_panes", shared)
-        .changed("pane_records", before)
-        .run(PANE_LAYER, Invocations::area(side as u32, side as u32));
-    cast_slice(out.words("pane_records")).to_vec()
-}
-
-/// As window cells, row by row.
-fn in_window(ring: &[[u32; 2]]) -> Vec<[u32; 2]> {
-    let side = ring.len().isqrt();
-    let [x0, y0] = ORIGIN_SLOT.map(|slot| slot as usize);
-    (0..ring.len()).map(|at| ring[(at / side + y0) % side * side + (at % side + x0) % side]).collect()
-}
-
-/// Two lidars' worth of panes in the map, those of the second last; `found` is the tick in all of them.
-fn shared(number: u32, panes: &[Pane], found: u32) -> Vec<Pane> {
-    let mut all = vec![Pane::default(); 2 * KEPT];
-    panes
-        .iter()
-        .enumerate()
-        .for_each(|(k, pane)| all[number as usize * KEPT + k] = Pane { age: found, ..*pane });
-    all
-}
-
-const FRONT: GlassLidar = GlassLidar { sensor: 4, number: 1 };
-
 #[test]
-fn the_layer_marks_what_the_scan_s_classes_do_and_clears_its_own() {
+fn the_layer_marks_the_cells_that_a_pane_crosses_and_clears_its_own() {
     if skipped() {
         return;
     }
     let side = 9;
-    let panes = [pane(&upright(side, -0.5, 0.5))];
+    let corners = upright(side, -0.5, 0.5);
+    let panes = [pane(&corners)];
     let nothing = vec![[0, 0]; side * side];
+    let layer = |before: &[[u32; 2]], tick, lidar, panes: &[Pane], shared: &[Pane]| {
+        self::layer(&params(side, None), before, tick, lidar, panes, shared)
+    };
     let marked = layer(&nothing, 70, FRONT, &panes, &shared(1, &panes, 60));
-    let want: Vec<[u32; 2]> = run(&params(side, None), &panes)
-        .iter()
-        .map(|&glass| if glass { [1 | 5 << 24, 60] } else { [0, 0] })
-        .collect();
+    let want: Vec<[u32; 2]> =
+        crossed(side, &corners).iter().map(|&glass| if glass { [1 | 5 << 24, 60] } else { [0, 0] }).collect();
     assert!(want.iter().any(|record| record[1] == 60), "the pane crosses cells");
     assert_eq!(in_window(&marked), want);
     assert_eq!(layer(&marked, 80, FRONT, &[], &shared(1, &[], 0)), nothing, "it went");
@@ -222,13 +225,15 @@ fn the_layer_at_edge_sizes_and_with_poison() {
         return;
     }
     for side in [1, 7, 8, 17] {
-        let panes = [Pane { id: 3, ..pane(&upright(side, -0.5, 0.5)) }];
+        let corners = upright(side, -0.5, 0.5);
+        let panes = [Pane { id: 3, ..pane(&corners) }];
         let nothing = vec![[0, 0]; side * side];
-        let params = layer(&nothing, 9, FRONT, &panes, &shared(1, &panes, 9));
-        let count = run(&self::params(side, None), &panes).iter().filter(|glass| **glass).count();
-        assert_eq!(params.iter().filter(|record| **record == [3 | 5 << 24, 9]).count(), count, "side {side}");
+        let params = params(side, None);
+        let marked = layer(&params, &nothing, 9, FRONT, &panes, &shared(1, &panes, 9));
+        let count = crossed(side, &corners).iter().filter(|glass| **glass).count();
+        assert_eq!(marked.iter().filter(|record| **record == [3 | 5 << 24, 9]).count(), count, "side {side}");
         let nowhere = [Pane { normal: Vec4::NAN, ..panes[0] }, Pane { id: 0, ..panes[0] }];
-        assert_eq!(layer(&nothing, 9, FRONT, &nowhere, &shared(1, &nowhere, 9)), nothing);
+        assert_eq!(layer(&params, &nothing, 9, FRONT, &nowhere, &shared(1, &nowhere, 9)), nothing);
     }
 }
 

@@ -129,7 +129,7 @@ const CLOCK: Clock<'static> = Clock { now: 1000, fresh_since: &[0; 16], cell_tim
 
 /// What one cell gets.
 fn one(switches: &Switches, clock: &Clock<'_>, cell: Cell) -> Word {
-    let got = run(shader(ALL, &settings(switches)), &[cell], 1, clock, ALL)[0];
+    let got = run(shader(ALL, &settings(switches), 16), &[cell], 1, clock, ALL)[0];
     assert_eq!(got, twin::rule(switches, clock, &cell), "{cell:?}");
     got
 }
@@ -254,7 +254,7 @@ fn twin_at_all_sizes_and_switches() {
             let fresh_since: Vec<u32> =
                 (0..16).map(|_| [0, 500, u32::MAX][random.below(3) as usize]).collect();
             let clock = Clock { now: 1000, fresh_since: &fresh_since, cell_timeout: [0, 700][number % 2] };
-            let got = run(shader(ALL, &settings(&switches)), &cells, side, &clock, ALL);
+            let got = run(shader(ALL, &settings(&switches), 16), &cells, side, &clock, ALL);
             let want: Vec<Word> = cells.iter().map(|cell| twin::rule(&switches, &clock, cell)).collect();
             for (at, (got, want)) in got.iter().zip(&want).enumerate() {
                 assert_eq!(got, want, "side {side}, {switches:?}, {:?}", cells[at]);
@@ -274,7 +274,7 @@ fn layers_that_a_map_lacks_say_nothing() {
     let cells: Vec<Cell> = (0..81).map(|_| random_cell(&mut random)).collect();
     for bits in 1..8_u32 {
         let layers = Layers { cameras: bits & 1 != 0, lidars: bits & 2 != 0, panes: bits & 4 != 0 };
-        let got = run(shader(layers, &settings(&SWITCHES)), &cells, 9, &CLOCK, layers);
+        let got = run(shader(layers, &settings(&SWITCHES), 16), &cells, 9, &CLOCK, layers);
         let heard = |cell: &Cell| Cell {
             pane: cell.pane.filter(|_| layers.panes),
             lidar: cell.lidar.filter(|_| layers.lidars),
@@ -299,7 +299,7 @@ fn poison_gives_verdicts_of_the_table() {
         for (name, bytes) in layers.buffers() {
             fragment = fragment.input(name, &words(bytes as usize / 4));
         }
-        fragment.run(shader(layers, &settings(&SWITCHES)), Invocations::area(side, side))
+        fragment.run(shader(layers, &settings(&SWITCHES), 16), Invocations::area(side, side))
     };
     for layers in [ALL, Layers { panes: false, ..ALL }, Layers { cameras: true, ..Layers::default() }] {
         for verdict in filled(layers).words("verdicts") {

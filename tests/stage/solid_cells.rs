@@ -3,9 +3,10 @@
 use bytemuck::cast_slice;
 use limpid::gpu::Invocations;
 use limpid::sensor::Point;
-use limpid::stage::lidar::intensity_classes::IntensityClassesParams;
+use limpid::stage::lidar::intensity_classes::{
+    INTENSITY_CLASSES, INTENSITY_CLASSES_AND_BEAMS, IntensityClassesParams, layer_params,
+};
 use limpid::stage::lidar::intensity_layers::{INTENSITY_LAYERS_AND_BEAMS_OF_BUFFER, SECTOR_WORDS, SECTORS};
-use limpid::stage::lidar::solid_cells::{SOLID_CELLS, SOLID_CELLS_AND_BEAMS, params};
 
 use crate::reference::solid_cells::{Solid, crossing, keep};
 use crate::stage::{intensity_classes, intensity_layers};
@@ -44,14 +45,14 @@ fn word(scan: u32, strength: u32) -> u32 {
 fn after(before: [u32; 4], scan: Scan) -> [u32; 4] {
     let out = Fragment::new()
         .params("intensity_classes_params", &intensity_classes::params(1))
-        .params("solid_cells_params", &params(scan.tick, scan.sensor, 0.5))
+        .params("solid_cells_params", &layer_params(scan.tick, scan.sensor, 0.5))
         .input("layer_sums", &scan.layers)
         .input("sector_range", &vec![(scan.reach_m * 1024.0) as u32; 2 * SECTORS as usize])
         .changed("remembered", &[scan.remembered << 20])
         .changed("solid_cells", &[before])
         .output("obstacle_value", 1)
         .output("layer_values", 4)
-        .run(SOLID_CELLS, Invocations::area(1, 1));
+        .run(INTENSITY_CLASSES, Invocations::area(1, 1));
     out.words("solid_cells").try_into().unwrap()
 }
 
@@ -120,7 +121,7 @@ fn twin_over_random_scans_at_all_sizes() {
             let kinds: Vec<u32> = (0..cells).map(|_| random.below(4)).collect();
             let layers: Vec<[[u32; 2]; 4]> =
                 kinds.iter().map(|&kind| [NONE, FULL, WEAK, PANE][kind as usize]).collect();
-            let params = self::params(tick, sensor, 0.5);
+            let params = layer_params(tick, sensor, 0.5);
             let slots = IntensityClassesParams {
                 origin_slot_x: (3 % side) as u32,
                 origin_slot_y: (5 % side) as u32,
@@ -137,7 +138,7 @@ fn twin_over_random_scans_at_all_sizes() {
                 .changed("solid_cells", &ring)
                 .output("obstacle_value", cells)
                 .output("layer_values", 4 * cells)
-                .run(SOLID_CELLS, Invocations::area(side as u32, side as u32));
+                .run(INTENSITY_CLASSES, Invocations::area(side as u32, side as u32));
             ring = cast_slice(out.words("solid_cells")).to_vec();
             for (cell, &kind) in kinds.iter().enumerate() {
                 let crossed = u32::from(reach_m > 0.0);
@@ -187,7 +188,7 @@ fn crossed_cells(side: usize, beam_reach: &[u32], height_m: f32) -> Vec<[u32; 4]
     let cells = side * side;
     let out = Fragment::new()
         .params("intensity_classes_params", &intensity_classes::params(side))
-        .params("solid_cells_params", &params(7, 2, height_m))
+        .params("solid_cells_params", &layer_params(7, 2, height_m))
         .input("layer_sums", &vec![[0_u32; 2]; 4 * cells])
         .input("sector_range", &vec![u32::MAX; 2 * SECTORS as usize])
         .input("beam_reach", beam_reach)
@@ -195,7 +196,7 @@ fn crossed_cells(side: usize, beam_reach: &[u32], height_m: f32) -> Vec<[u32; 4]
         .changed("solid_cells", &vec![[0_u32; 4]; cells])
         .output("obstacle_value", cells)
         .output("layer_values", 4 * cells)
-        .run(SOLID_CELLS_AND_BEAMS, Invocations::area(side as u32, side as u32));
+        .run(INTENSITY_CLASSES_AND_BEAMS, Invocations::area(side as u32, side as u32));
     cast_slice(out.words("solid_cells")).to_vec()
 }
 

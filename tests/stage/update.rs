@@ -3,7 +3,7 @@
 use bytemuck::cast_slice;
 use limpid::config::{Config, Method};
 use limpid::gpu::Invocations;
-use limpid::stage::camera::update::{UPDATE, UpdateParams};
+use limpid::stage::camera::update::{UPDATE, UpdateParams, mark_params};
 
 use crate::reference::update::{Cell, Observation};
 use crate::support::compare::{EXACT, Tolerance, assert_close};
@@ -34,9 +34,12 @@ pub(super) fn params(config: &Config, side: u32, origin_slot: [u32; 2]) -> Updat
     }
 }
 
+/// A frame of a map whose cells bear no marks yet; `cell_marks` has tests of its own.
 fn fragment(params: &UpdateParams, hits: &[[u32; 4]], seen: &[u32], cells: &[[u32; 4]]) -> Fragment {
     Fragment::new()
         .params("update_params", params)
+        .params("cell_marks_params", &mark_params(1, 0, f64::from(params.lambda)))
+        .changed("cell_marks", &vec![[0_u32; 2]; cells.len()])
         .input("cell_hits", hits)
         .input("seen_through", seen)
         .changed("cells", cells)

@@ -1,4 +1,4 @@
-// Heights at which beams crossed a cell. Needs lib/crossing/bins, lib/scan, lib/record.
+// Heights at which beams crossed a cell. Needs lib/crossing/bins, lib/scan, lib/record, and Place of intensity_classes.
 @group(0) @binding(8) var<storage, read> beam_reach: array<u32>;
 
 fn record_height(height_m: f32) -> u32 {

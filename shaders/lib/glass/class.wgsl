@@ -1,4 +1,4 @@
-// Classes of points (spec 3 §5), as glass::PointClass numbers them.
+// Classes of points (spec 3 §5), as map::glass::PointClass numbers them.
 const UNLABELLED = 0u;
 const INSIDE = 1u;
 const GLASS = 2u;

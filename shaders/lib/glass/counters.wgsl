@@ -1,4 +1,4 @@
-// Indices into a scan's counters (glass::GlassCounters).
+// Indices into a scan's counters (map::glass::GlassCounters).
 const COUNT_UNUSABLE = 0u;
 const COUNT_NO_ROW = 1u;
 const COUNT_DUAL = 2u;

@@ -40,7 +40,7 @@ const RANGE_STEPS_MOST = 16382.0;
 // Elevations are looked up in bins over 180 degrees.
 const ELEVATION_BINS = 2048.0;
 
-// Slots of the sensor's returns (recording::points::ReturnType).
+// Slots of the sensor's returns (sensor::ReturnType).
 const LAST = 2u;
 
 fn slot_of_return(rest: vec4<u32>) -> u32 {

@@ -1,4 +1,4 @@
-// Hypotheses: planes through three candidates (spec 3 §3).
+// Hypotheses: planes through three candidates (spec 3 §3). Needs lib/glass/grid, lib/glass/candidate_at.
 
 // PCG hash of M. Jarzynski and M. Olano, "Hash Functions for GPU Rendering", 2020.
 fn hash(value: u32) -> u32 {

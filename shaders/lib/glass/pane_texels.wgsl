@@ -1,5 +1,5 @@
-// Panes as texels, four to a pane: on lavapipe a texel costs a fraction of a buffer's vector. Whole numbers in them are exact,
-// as a label has 24 bits for an id.
+// Panes as texels, four to a pane. Needs lib/glass/pane and the texture `pane_texels`.
+// On lavapipe a texel costs a fraction of a buffer's vector. Whole numbers in them are exact, as a label has 24 bits for an id.
 fn pane_at(slot: u32) -> Pane {
     let last = textureLoad(pane_texels, vec2(3u, slot), 0u);
     return Pane(

@@ -1,4 +1,4 @@
-// A point of the upload (recording::points::Point): x, y, z in metres and the intensity.
+// A point of the upload (sensor::Point): x, y, z in metres and the intensity. Needs lib/points.
 fn point_at(index: u32) -> vec4<f32> {
     return bitcast<vec4<f32>>(point_words(2u * index));
 }

@@ -1,4 +1,4 @@
-// Where each lane of a workgroup of LANES begins to write, from how many each has to write.
+// Where each lane of a workgroup begins to write, from how many each has to write. Needs LANES, the lanes of a workgroup.
 var<workgroup> starts: array<u32, LANES>;
 var<workgroup> total: u32;
 

@@ -1,5 +1,5 @@
-// Rows of the organized cloud as texels, by number: x of the bin of elevation, y of the ring; what has no row has more than
-// there are.
+// Rows of the organized cloud as texels, by number. Needs the texture `row_texels`.
+// x of the bin of elevation, y of the ring; what has no row has more than there are.
 const ROW_TEXELS = 64u;
 
 fn row_texel(number: u32) -> vec2<u32> {

@@ -1,4 +1,4 @@
-// Depthwise 3x3 of one quad of channels over a tile, with bias and ReLU.
+// Depthwise 3x3 of one quad of channels over a tile, with bias and ReLU. Needs lib/net/lanes_*, lib/net/window.
 fn add_tap(sums: ptr<function, Tile>, taps: ptr<function, Taps>, weight: vec4<f32>, x: i32, y: i32) {
     for (var p = 0; p < PIXELS; p++) {
         let at = (STRIDE * (p / TILE_X) + y) * TAPS_X + STRIDE * (p % TILE_X) + x;

@@ -1,5 +1,6 @@
-// Ends the last block: ReLU, then the head (1x1 convolution to one channel, sigmoid) into `reliability_low`. Its
-// weights are the row behind the biases: a texel for each quad, then its own bias.
+// Ends the last block: ReLU, then the head (1x1 convolution to one channel, sigmoid) into `reliability_low`. Needs
+// lib/net/weights_*, lib/net/window, lib/net/sums, lib/net/sigmoid.
+// Its weights are the row behind the biases: a texel for each quad, then its own bias.
 @group(0) @binding(3) var<storage, read_write> reliability_low: array<f32>;
 
 fn finish(sums: ptr<function, Sums>, first: vec2<i32>, quad: i32) {

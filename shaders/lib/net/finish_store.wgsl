@@ -1,4 +1,5 @@
-// Ends a block: ReLU, and the sums into the tensor `sink`, its quads counted from `quad` on.
+// Ends a block: ReLU, and the sums into the tensor `sink`, its quads counted from `quad` on. Needs
+// lib/net/window, lib/net/sums, lib/net/sink_*.
 fn store_pair(sums: ptr<function, Sums>, first: vec2<i32>, quad: i32, q: i32) {
     for (var i = 0; i < 2; i++) {
         if q + i < OUT_QUADS {

@@ -1,4 +1,4 @@
-// Eight neighbouring texels of weights, each read by every invocation that needs it.
+// Eight neighbouring texels of weights, each read by every invocation that needs it. Needs lib/net/weights_*.
 struct Eight {
     row: i32,
     first: i32,

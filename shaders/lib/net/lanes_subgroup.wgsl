@@ -1,5 +1,5 @@
-// Eight neighbouring texels of weights, read once by eight lanes of a subgroup and passed around. All lanes must
-// take part.
+// Eight neighbouring texels of weights, read once by eight lanes of a subgroup and passed around; all lanes must take
+// part. Needs lib/net/weights_*.
 alias Eight = vec4<f32>;
 
 var<private> lane: i32;

@@ -1,4 +1,4 @@
-// The window as it lies in the source.
+// The window as it lies in the source. Needs lib/net/window, lib/net/source_texture or source_buffer.
 struct SourceWindow {
     window: Window,
 }

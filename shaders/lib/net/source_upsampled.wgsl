@@ -1,5 +1,6 @@
-// The window in the source upsampled twofold, bilinearly, pixel centres aligned to corners of none: output 2m lies
-// a quarter before source m, 2m + 1 a quarter behind it; the border is repeated.
+// The window in the source upsampled twofold, bilinearly. Needs lib/net/window, lib/net/source_texture or source_buffer.
+// Pixel centres are aligned to corners of none: output 2m lies a quarter before source m, 2m + 1 a quarter behind it; the
+// border is repeated.
 const FROM_X = TILE_X / 2 + 2;
 const FROM_Y = TILE_Y / 2 + 2;
 

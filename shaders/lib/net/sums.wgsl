@@ -1,5 +1,5 @@
-// Running sums of OUT_QUADS quads of outputs over the PIXELS of a tile, two quads at a time (drivers unroll short
-// loops only, and an array indexed in a loop that stays is slow memory).
+// Running sums of OUT_QUADS quads of outputs over the PIXELS of a tile. Needs lib/net/lanes_*, lib/net/window.
+// Two quads at a time: drivers unroll short loops only, and an array indexed in a loop that stays is slow memory.
 alias Sums = array<vec4<f32>, OUT_QUADS * PIXELS>;
 
 // Sets quads `q` and `q + 1` to the biases at texels `k` and `k + 1`.

@@ -1,5 +1,5 @@
-// The window of taps around a tile of TILE_X x TILE_Y outputs: where its columns and rows lie, and which of them
-// are outside the image, where convolutions see zeros.
+// The window of taps around a tile of TILE_X x TILE_Y outputs. Needs the constants of a block alone (network::kernels).
+// Where its columns and rows lie, and which of them are outside the image, where convolutions see zeros.
 const PIXELS = TILE_X * TILE_Y;
 const TAPS_X = STRIDE * (TILE_X - 1) + 3;
 const TAPS_Y = STRIDE * (TILE_Y - 1) + 3;

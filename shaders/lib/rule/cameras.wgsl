@@ -1,4 +1,4 @@
-// The occupancy layer, for the rule. Needs lib/cell, lib/record, lib/rule/said, the rule and the height band's lower edge.
+// The occupancy layer, for the rule. Needs lib/cell, lib/record, the rule and the height band's lower edge.
 @group(0) @binding(1) var<storage, read> cells: array<vec4<u32>>;
 @group(0) @binding(2) var<storage, read> cell_marks: array<vec2<u32>>;
 

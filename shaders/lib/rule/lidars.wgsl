@@ -1,4 +1,4 @@
-// The solidity layer, for the rule. Needs lib/record, lib/rule/said and the rule.
+// The solidity layer, for the rule. Needs lib/record, the rule.
 @group(0) @binding(3) var<storage, read> solid_cells: array<vec4<u32>>;
 
 fn lidars_say(slot: u32) -> Said {

@@ -1,4 +1,4 @@
-// A map without cameras, for the rule. Needs lib/rule/said and the rule.
+// A map without cameras, for the rule. Needs the rule.
 fn cameras_say(slot: u32) -> Said {
     return Said(CAMERA_UNKNOWN, 0u, 0u);
 }

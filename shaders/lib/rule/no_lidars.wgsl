@@ -1,4 +1,4 @@
-// A map without lidars, for the rule. Needs lib/rule/said and the rule.
+// A map without lidars, for the rule. Needs the rule.
 fn lidars_say(slot: u32) -> Said {
     return Said(LIDAR_UNKNOWN, 0u, 0u);
 }

@@ -1,4 +1,4 @@
-// The layer of panes, for the rule. Needs lib/record, lib/rule/said and the rule.
+// The layer of panes, for the rule. Needs lib/record, the rule.
 @group(0) @binding(4) var<storage, read> pane_cells: array<vec2<u32>>;
 
 fn panes_say(slot: u32) -> Said {

@@ -1,4 +1,5 @@
-// Light that leaves a surface: Fresnel's share of mirror light, patterns, lamps, the projector's speckle.
+// Light that leaves a surface: Fresnel's share of mirror light, patterns, lamps, the projector's speckle. Needs
+// lib/sim/scene, lib/sim/random.
 
 // Schlick's approximation of Fresnel's equations.
 fn fresnel(at_normal: f32, cosine: f32) -> f32 {

@@ -6,13 +6,11 @@ use std::path::Path;
 
 use crate::base::{Error, Result};
 use crate::input::bag;
+use crate::input::open::unread;
 use crate::input::points::{FileScans, LogScans, Options, PcapScans, Scans, pcap, pcd, ply};
 
 const SUPPORTED: &str =
     "MCAP files, ROS 1 bags, pcap files of Velodyne sensors, PLY and PCD files and folders of these are read";
-
-/// First bytes of a pcapng file.
-const PCAPNG_MAGIC: &[u8] = &[0x0a, 0x0d, 0x0d, 0x0a];
 
 /// Opens a recording of lidar scans: an MCAP file, a ROS 1 bag, a pcap file, a PLY or PCD file, or a folder of these two.
 ///
@@ -37,15 +35,6 @@ pub fn open(path: &Path, options: &Options) -> Result<Box<dyn Scans>> {
     } else if begins(&[ply::MAGIC]) || begins(&pcd::MAGICS) || named_pcd && !start.is_empty() {
         Ok(Box::new(FileScans::file(path, options)))
     } else {
-        let looks = if begins(&[PCAPNG_MAGIC]) {
-            "is a pcapng file: convert it with `editcap -F pcap`"
-        } else if begins(&[b"SQLite format 3"]) {
-            "is an SQLite file, as rosbag2 wrote them (.db3): convert it with `ros2 bag convert` or `mcap convert`"
-        } else if start.is_empty() {
-            "is empty"
-        } else {
-            "is of no known format"
-        };
-        Err(Error::Format { path: path.into(), reason: format!("{looks}; {SUPPORTED}") })
+        Err(unread(path, &start, SUPPORTED))
     }
 }

@@ -22,9 +22,6 @@ mod map;
 
 pub use map::occupancy_of_cost;
 
-/// A crash loses at most this many results.
-const RESULTS_PER_FLUSH: u64 = 15;
-
 /// Frame of images whose recording names none.
 const NAMELESS_CAMERA_FRAME: &str = "camera_optical_frame";
 /// Frame of scans whose recording names none.
@@ -65,7 +62,6 @@ pub struct McapSink {
     base_frame: String,
     sensors: Vec<SensorTopics>,
     diagnostics: Diagnostics,
-    results: u64,
 }
 
 /// The file, and the path that names it in errors.
@@ -136,7 +132,6 @@ impl McapSink {
             base_frame: config.base_frame.clone(),
             sensors: sensors.iter().map(|sensor| SensorTopics::of(sensors, sensor)).collect(),
             diagnostics: Diagnostics::new(sensors),
-            results: 0,
         })
     }
 
@@ -209,8 +204,7 @@ impl Sink for McapSink {
                 self.write_seen(sensor, seen, observation)?;
             }
         }
-        self.results += 1;
-        if self.results.is_multiple_of(RESULTS_PER_FLUSH) { self.out.file.flush() } else { Ok(()) }
+        self.out.file.end_result()
     }
 
     fn finish(&mut self) -> Result<()> {

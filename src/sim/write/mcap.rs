@@ -24,7 +24,6 @@ use crate::stage::single;
 const MAP_FRAME: &str = "map";
 const BASE_FRAME: &str = "base_link";
 const OPTICAL_FRAME: &str = "camera_color_optical_frame";
-const FRAMES_PER_FLUSH: u64 = 15;
 
 /// Topics as a RealSense camera's driver names them, and those of [`crate::sim::truth`]:
 ///
@@ -41,7 +40,6 @@ pub struct McapRecorder {
     mount: Rigid,
     scene_yaml: Option<String>,
     infrared: bool,
-    frames: u64,
 }
 
 impl McapRecorder {
@@ -56,7 +54,6 @@ impl McapRecorder {
             mount: base_from_camera(&scene.camera),
             scene_yaml: Some(scene.to_yaml()?),
             infrared,
-            frames: 0,
         })
     }
 
@@ -131,8 +128,7 @@ impl Recorder for McapRecorder {
         }
         self.sensor(frame)?;
         self.truth(frame, grid, cells)?;
-        self.frames += 1;
-        if self.frames.is_multiple_of(FRAMES_PER_FLUSH) { self.file.flush() } else { Ok(()) }
+        self.file.end_result()
     }
 
     fn finish(&mut self) -> Result<()> {

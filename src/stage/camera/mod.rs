@@ -2,7 +2,6 @@
 
 pub mod align_color;
 pub mod back_project;
-pub mod cell_marks;
 pub mod drm;
 pub mod ingest;
 pub mod pane_clip;

@@ -1,11 +1,13 @@
-//! Occupancy and state per cell (spec 1 §3), temporal rejection (spec 1 §4).
+//! Occupancy and state per cell (spec 1 §3), temporal rejection (spec 1 §4), and the occupancy layer of the map (spec 4 §1): when,
+//! by whom and how each cell was last seen by a camera.
 
 use std::sync::Arc;
 
 use crate::base::Result;
 use crate::config::Method;
 use crate::gpu::{FrameInput, Invocations, Plan, ShaderSource};
-use crate::stage::camera::cell_marks;
+use crate::map::Clock;
+use crate::stage::map::layers::Layers;
 use crate::stage::{CameraJob, Moment, Stage, single};
 
 /// The pass.
@@ -15,13 +17,16 @@ pub const UPDATE: ShaderSource = ShaderSource {
         include_str!("../../../shaders/lib/cell.wgsl"),
         include_str!("../../../shaders/lib/slot.wgsl"),
         include_str!("../../../shaders/lib/weight.wgsl"),
-        include_str!("../../../shaders/lib/marks/none.wgsl"),
+        include_str!("../../../shaders/lib/record.wgsl"),
         include_str!("../../../shaders/update.wgsl"),
     ],
 };
 
 /// Frame rate for which lambda is stated (spec 1 §3).
-pub(super) const NOMINAL_RATE_HZ: f64 = 30.0;
+const NOMINAL_RATE_HZ: f64 = 30.0;
+
+/// Least logarithm of lambda: what it leaves of any occupancy after one tick is 0 in f32.
+const LEAST_LOG2: f64 = -1000.0;
 
 crate::params! {
     /// Parameters of `update`.
@@ -53,14 +58,41 @@ crate::params! {
     }
 }
 
-/// Declares the grids of a frame and appends the given text of the pass.
-pub(super) fn append(plan: &mut Plan, job: &CameraJob, pass: ShaderSource) -> Result<()> {
+crate::params! {
+    /// Parameters of the marks, beside those of `update`.
+    pub struct CellMarksParams {
+        /// Tick of the frame.
+        pub tick: u32,
+        /// The camera's number among the sensors, + 1.
+        pub sensor: u32,
+        /// Logarithm of the share of the old occupancy that a tick leaves, where it counts by time.
+        pub log2_lambda_per_tick: f32,
+        /// Unused.
+        pub pad: u32,
+    }
+}
+
+/// The parameters of the marks for one frame of the sensor of that number, counted from 0, where `lambda` is stated for 30 Hz.
+pub fn mark_params(tick: u32, sensor: u32, lambda: f64) -> CellMarksParams {
+    let log2_lambda_per_tick = single((lambda.log2() * Clock::TICK_S * NOMINAL_RATE_HZ).max(LEAST_LOG2));
+    CellMarksParams { tick, sensor: sensor + 1, log2_lambda_per_tick, pad: 0 }
+}
+
+/// Declares the layer and the grids of a frame, and appends the pass. `timed`: the old occupancy counts less the longer ago it is
+/// (`rate_independent`, or several cameras); `lowest`: `back_project` keeps the lowest hits.
+///
+/// # Errors
+/// From the plan.
+pub fn declare(plan: &mut Plan, job: &CameraJob, timed: bool, lowest: bool) -> Result<()> {
+    Layers { cameras: true, ..Layers::default() }.declare(plan, job.map.side)?;
+    plan.uniform::<CellMarksParams>("cell_marks_params")?;
     plan.uniform::<UpdateParams>("update_params")?;
     for grid in ["evidence", "occupancy", "state"] {
         plan.product(grid, job.grid_bytes(4))?;
     }
-    plan.step(pass, Invocations::area(job.map.side, job.map.side), &[])?;
-    plan.with(&[("weighted", job.weighted()), ("gated", job.gated())])
+    plan.step(UPDATE, Invocations::area(job.map.side, job.map.side), &[])?;
+    plan.with(&[("weighted", job.weighted()), ("gated", job.gated())])?;
+    plan.with(&[("timed", timed), ("lowest", lowest)])
 }
 
 /// The parameters of a frame with that share of the old occupancy kept.
@@ -83,7 +115,7 @@ pub fn params(job: &CameraJob, [origin_slot_x, origin_slot_y]: [u32; 2], lambda:
     }
 }
 
-/// The stage, with the layer that it keeps ([`cell_marks`]).
+/// The stage.
 #[derive(Debug)]
 pub struct Update {
     /// What it is built for.
@@ -93,12 +125,12 @@ pub struct Update {
 impl Stage for Update {
     fn append(&self, plan: &mut Plan) -> Result<()> {
         let timed = self.job.config.rate_independent || self.job.map.cameras > 1;
-        cell_marks::declare(plan, &self.job, timed, self.job.map.layers.lidars)
+        declare(plan, &self.job, timed, self.job.map.layers.lidars)
     }
 
     fn write(&self, moment: &Moment<'_>, input: &mut FrameInput<'_>) -> Result<()> {
         let (job, lambda) = (&self.job, self.job.config.lambda);
         input.set("update_params", &params(job, moment.window.origin_slot(job.map.side), lambda))?;
-        input.set("cell_marks_params", &cell_marks::params(moment.tick, job.sensor, lambda))
+        input.set("cell_marks_params", &mark_params(moment.tick, job.sensor, lambda))
     }
 }

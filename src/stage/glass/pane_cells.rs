@@ -18,25 +18,13 @@ use crate::stage::lidar::Placed;
 use crate::stage::map::layers::Layers;
 use crate::stage::{LidarJob, Moment, Stage, rows, single};
 
-/// The pass.
-pub const PANE_CELLS: ShaderSource = ShaderSource {
-    name: "pane_cells",
-    parts: &[
-        include_str!("../../../shaders/lib/scan.wgsl"),
-        include_str!("../../../shaders/lib/glass/pane.wgsl"),
-        include_str!("../../../shaders/lib/panes/mark_class.wgsl"),
-        include_str!("../../../shaders/pane_cells.wgsl"),
-    ],
-};
-
 /// The pass that writes the layer of panes.
-pub const PANE_LAYER: ShaderSource = ShaderSource {
+pub const PANE_CELLS: ShaderSource = ShaderSource {
     name: "pane_cells",
     parts: &[
         include_str!("../../../shaders/lib/record.wgsl"),
         include_str!("../../../shaders/lib/slot.wgsl"),
         include_str!("../../../shaders/lib/glass/pane.wgsl"),
-        include_str!("../../../shaders/lib/panes/mark_layer.wgsl"),
         include_str!("../../../shaders/pane_cells.wgsl"),
     ],
 };
@@ -200,7 +188,7 @@ pub fn declare(plan: &mut Plan, side: u32, lidars: u32) -> Result<()> {
     plan.uniform::<PaneLayerParams>("pane_layer_params")?;
     plan.uniform::<PaneCellsParams>("pane_cells_params")?;
     plan.step(SHARE_PANES, Invocations::line(PANES_EACH), &[])?;
-    plan.step(PANE_LAYER, Invocations::area(side, side), &[("pane_records", "pane_cells")])
+    plan.step(PANE_CELLS, Invocations::area(side, side), &[("pane_records", "pane_cells")])
 }
 
 /// The stage.

@@ -18,7 +18,6 @@ const PANE_TEXELS: &str = include_str!("../../../shaders/lib/glass/pane_texels.w
 const PLACED: &str = include_str!("../../../shaders/lib/glass/placed.wgsl");
 const CLASS: &str = include_str!("../../../shaders/lib/glass/class.wgsl");
 const PREFIX: &str = include_str!("../../../shaders/lib/glass/prefix.wgsl");
-const MET: &str = include_str!("../../../shaders/lib/glass/met.wgsl");
 
 /// Empties what the others count in.
 pub const CLEAR: ShaderSource =
@@ -120,7 +119,6 @@ pub const MIRROR: ShaderSource = ShaderSource {
         PANE,
         PANE_TEXELS,
         ROW_TEXELS,
-        MET,
         CLASS,
         include_str!("../../../shaders/glass/mirror.wgsl"),
     ],

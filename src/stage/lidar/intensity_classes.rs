@@ -1,4 +1,8 @@
-//! Solid, passable, transparent, free and unknown cells (spec 2 §3).
+//! Solid, passable, transparent, free and unknown cells (spec 2 §3), and the solidity layer of the map (spec 4 §1): the classes
+//! of a scan's cells, kept until a scan says something else of them.
+//!
+//! Where the map has cameras too, a free cell keeps between which heights beams crossed it: the pass over points then leaves how
+//! far beams reached, by sector and slope.
 
 use std::sync::Arc;
 
@@ -7,17 +11,32 @@ use glam::{Vec2, Vec4};
 use crate::base::Result;
 use crate::config::LayerMeasure;
 use crate::gpu::{FrameInput, Invocations, Plan, ShaderSource};
+use crate::stage::lidar::Placed;
 use crate::stage::lidar::intensity_layers::{HEIGHTS, heights};
-use crate::stage::lidar::{Placed, solid_cells};
+use crate::stage::map::layers::Layers;
 use crate::stage::{LidarJob, Moment, Stage, single};
 
-/// The pass.
+/// The pass, in a map of lidars alone.
 pub const INTENSITY_CLASSES: ShaderSource = ShaderSource {
     name: "intensity_classes",
     parts: &[
         include_str!("../../../shaders/lib/scan.wgsl"),
         include_str!("../../../shaders/lib/slot.wgsl"),
-        include_str!("../../../shaders/lib/solid/of_scan.wgsl"),
+        include_str!("../../../shaders/lib/record.wgsl"),
+        include_str!("../../../shaders/lib/crossing/across_none.wgsl"),
+        include_str!("../../../shaders/intensity_classes.wgsl"),
+    ],
+};
+
+/// The pass, in a map with cameras.
+pub const INTENSITY_CLASSES_AND_BEAMS: ShaderSource = ShaderSource {
+    name: "intensity_classes",
+    parts: &[
+        include_str!("../../../shaders/lib/scan.wgsl"),
+        include_str!("../../../shaders/lib/slot.wgsl"),
+        include_str!("../../../shaders/lib/record.wgsl"),
+        include_str!("../../../shaders/lib/crossing/bins.wgsl"),
+        include_str!("../../../shaders/lib/crossing/across.wgsl"),
         include_str!("../../../shaders/intensity_classes.wgsl"),
     ],
 };
@@ -66,6 +85,25 @@ crate::params! {
         /// Unused.
         pub pad: u32,
     }
+}
+
+crate::params! {
+    /// Parameters of the layer, beside those of `intensity_classes`.
+    pub struct SolidCellsParams {
+        /// Tick of the scan.
+        pub tick: u32,
+        /// The lidar's number among the sensors, + 1.
+        pub sensor: u32,
+        /// Height of the lidar above the ground.
+        pub lidar_height_m: f32,
+        /// Unused.
+        pub pad: u32,
+    }
+}
+
+/// The parameters of the layer for one scan of the sensor of that number, counted from 0.
+pub fn layer_params(tick: u32, sensor: u32, lidar_height_m: f32) -> SolidCellsParams {
+    SolidCellsParams { tick, sensor: sensor + 1, lidar_height_m, pad: 0 }
 }
 
 /// Value of a layer that counts fully: full scale in each return, and for the sum one such return in the cell.
@@ -126,12 +164,18 @@ pub fn params(job: &LidarJob, moment: &Moment<'_>) -> Result<IntensityClassesPar
     })
 }
 
-/// Declares the buffers that all texts of the pass use, and appends the given one.
-pub(super) fn append(plan: &mut Plan, job: &LidarJob, pass: ShaderSource) -> Result<()> {
+/// Declares the layer and the buffers of the pass, and appends it; `cameras`: whether the map has some.
+///
+/// # Errors
+/// From the plan.
+pub fn declare(plan: &mut Plan, job: &LidarJob, cameras: bool) -> Result<()> {
+    Layers { lidars: true, ..Layers::default() }.declare(plan, job.map.side)?;
+    plan.uniform::<SolidCellsParams>("solid_cells_params")?;
     plan.uniform::<IntensityClassesParams>("intensity_classes_params")?;
     plan.product("obstacle_value", job.grid_bytes(4))?;
     plan.state("remembered", job.grid_bytes(4))?;
     plan.product("layer_values", job.grid_bytes(4 * u64::from(job.layer_count())))?;
+    let pass = if cameras { INTENSITY_CLASSES_AND_BEAMS } else { INTENSITY_CLASSES };
     plan.step(pass, Invocations::area(job.map.side, job.map.side), &[])?;
     let measure = match job.config.layer_measure {
         LayerMeasure::Sum => 0_u32,
@@ -142,7 +186,7 @@ pub(super) fn append(plan: &mut Plan, job: &LidarJob, pass: ShaderSource) -> Res
     plan.with(&[("clearing", job.config.transparent_clear > 0.0), ("keep_layers", job.layers)])
 }
 
-/// The stage, with the layer that it keeps ([`solid_cells`]).
+/// The stage.
 #[derive(Debug)]
 pub struct IntensityClasses {
     /// What it is built for.
@@ -151,12 +195,12 @@ pub struct IntensityClasses {
 
 impl Stage for IntensityClasses {
     fn append(&self, plan: &mut Plan) -> Result<()> {
-        solid_cells::declare(plan, &self.job, self.job.map.layers.cameras)
+        declare(plan, &self.job, self.job.map.layers.cameras)
     }
 
     fn write(&self, moment: &Moment<'_>, input: &mut FrameInput<'_>) -> Result<()> {
         let height_m = moment.pose.map_from_sensor().translation_m.z - self.job.config.ground_z_m;
         input.set("intensity_classes_params", &params(&self.job, moment)?)?;
-        input.set("solid_cells_params", &solid_cells::params(moment.tick, self.job.sensor, single(height_m)))
+        input.set("solid_cells_params", &layer_params(moment.tick, self.job.sensor, single(height_m)))
     }
 }

@@ -4,6 +4,5 @@ pub mod intensity_classes;
 pub mod intensity_layers;
 mod placed;
 pub mod planes;
-pub mod solid_cells;
 
 pub use placed::{Placed, Turn};

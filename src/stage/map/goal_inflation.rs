@@ -9,17 +9,7 @@ use crate::config::{Config, InflationKernel};
 use crate::gpu::{FrameInput, Invocations, Plan, ShaderSource};
 use crate::stage::{MapJob, Moment, Stage};
 
-/// The pass.
-pub const GOAL_INFLATION: ShaderSource = ShaderSource {
-    name: "goal_inflation",
-    parts: &[
-        include_str!("../../../shaders/lib/scan.wgsl"),
-        include_str!("../../../shaders/lib/strength/classes.wgsl"),
-        include_str!("../../../shaders/goal_inflation.wgsl"),
-    ],
-};
-
-/// The pass over verdicts, in a map with lidars.
+/// The pass, in a map with lidars.
 pub const GOAL_INFLATION_OF_LIDARS: ShaderSource = ShaderSource {
     name: "goal_inflation",
     parts: &[
@@ -27,19 +17,17 @@ pub const GOAL_INFLATION_OF_LIDARS: ShaderSource = ShaderSource {
         include_str!("../../../shaders/lib/slot.wgsl"),
         include_str!("../../../shaders/lib/verdict.wgsl"),
         include_str!("../../../shaders/lib/strength/lidars.wgsl"),
-        include_str!("../../../shaders/lib/strength/verdicts.wgsl"),
         include_str!("../../../shaders/goal_inflation.wgsl"),
     ],
 };
 
-/// The pass over verdicts, in a map without lidars.
+/// The pass, in a map without lidars.
 pub const GOAL_INFLATION_OF_CAMERAS: ShaderSource = ShaderSource {
     name: "goal_inflation",
     parts: &[
         include_str!("../../../shaders/lib/scan.wgsl"),
         include_str!("../../../shaders/lib/verdict.wgsl"),
         include_str!("../../../shaders/lib/strength/no_lidars.wgsl"),
-        include_str!("../../../shaders/lib/strength/verdicts.wgsl"),
         include_str!("../../../shaders/goal_inflation.wgsl"),
     ],
 };
@@ -135,16 +123,12 @@ pub fn params(side: u32, kernel: &Kernel, [origin_slot_x, origin_slot_y]: [u32; 
 /// # Errors
 /// From the plan.
 pub fn declare(plan: &mut Plan, side: u32, config: &Config, lidars: bool) -> Result<()> {
-    buffers(plan, side, config)?;
-    let pass = if lidars { GOAL_INFLATION_OF_LIDARS } else { GOAL_INFLATION_OF_CAMERAS };
-    plan.step(pass, Invocations::area(side, side), &[])
-}
-
-fn buffers(plan: &mut Plan, side: u32, config: &Config) -> Result<()> {
     let edge = u64::from(2 * reach_cells(config).unsigned_abs() + 1);
     plan.uniform::<GoalInflationParams>("goal_inflation_params")?;
     plan.zeroed("inflation", u64::from(side) * u64::from(side) * 4)?;
-    plan.upload("kernel_taps", 4 * edge * edge).map(|_| ())
+    plan.upload("kernel_taps", 4 * edge * edge)?;
+    let pass = if lidars { GOAL_INFLATION_OF_LIDARS } else { GOAL_INFLATION_OF_CAMERAS };
+    plan.step(pass, Invocations::area(side, side), &[])
 }
 
 /// The stage.

@@ -9,22 +9,11 @@ use crate::config::Config;
 use crate::gpu::{FrameInput, Invocations, Plan, ShaderSource};
 use crate::stage::{MapJob, Moment, Stage};
 
-/// Occupied cells to bits.
+/// Lethal cells to bits.
 pub const PACK: ShaderSource = ShaderSource {
     name: "inflate/pack",
     parts: &[
-        include_str!("../../../shaders/lib/cell.wgsl"),
-        include_str!("../../../shaders/lib/inflate/state.wgsl"),
-        include_str!("../../../shaders/inflate/pack.wgsl"),
-    ],
-};
-
-/// Lethal verdicts to bits.
-pub const PACK_VERDICTS: ShaderSource = ShaderSource {
-    name: "inflate/pack",
-    parts: &[
         include_str!("../../../shaders/lib/verdict.wgsl"),
-        include_str!("../../../shaders/lib/inflate/verdicts.wgsl"),
         include_str!("../../../shaders/inflate/pack.wgsl"),
     ],
 };
@@ -33,22 +22,11 @@ pub const PACK_VERDICTS: ShaderSource = ShaderSource {
 pub const ROWS: ShaderSource =
     ShaderSource { name: "inflate/rows", parts: &[include_str!("../../../shaders/inflate/rows.wgsl")] };
 
-/// Distances along columns, and costs.
+/// Distances along columns, and costs over those of the verdicts.
 pub const COLUMNS: ShaderSource = ShaderSource {
     name: "inflate/columns",
     parts: &[
-        include_str!("../../../shaders/lib/cell.wgsl"),
-        include_str!("../../../shaders/lib/inflate/state.wgsl"),
-        include_str!("../../../shaders/inflate/columns.wgsl"),
-    ],
-};
-
-/// Distances along columns, and costs over those of the verdicts.
-pub const COLUMNS_VERDICTS: ShaderSource = ShaderSource {
-    name: "inflate/columns",
-    parts: &[
         include_str!("../../../shaders/lib/verdict.wgsl"),
-        include_str!("../../../shaders/lib/inflate/verdicts.wgsl"),
         include_str!("../../../shaders/inflate/columns.wgsl"),
     ],
 };
@@ -141,11 +119,6 @@ pub fn params(side: u32, config: &Config) -> Params {
 /// # Errors
 /// From the plan.
 pub fn declare(plan: &mut Plan, side: u32, config: &Config) -> Result<()> {
-    buffers(plan, side, config)?;
-    append_steps(plan, side, [PACK_VERDICTS, ROWS, COLUMNS_VERDICTS])
-}
-
-fn buffers(plan: &mut Plan, side: u32, config: &Config) -> Result<()> {
     let (words, quads) = (side.div_ceil(32), side.div_ceil(4));
     plan.uniform::<InflatePackParams>("inflate_pack_params")?;
     plan.uniform::<InflateRowsParams>("inflate_rows_params")?;
@@ -153,14 +126,10 @@ fn buffers(plan: &mut Plan, side: u32, config: &Config) -> Result<()> {
     plan.scratch("occupied_bits", u64::from(side * words) * 4)?;
     plan.scratch("row_distance", u64::from(side * quads) * 4)?;
     plan.fixed("cost_by_squared_distance", cast_slice(&cost_table(config)).to_vec())?;
-    plan.product("costmap", u64::from(side * quads) * 4).map(|_| ())
-}
-
-fn append_steps(plan: &mut Plan, side: u32, [pack, rows, columns]: [ShaderSource; 3]) -> Result<()> {
-    let (words, quads) = (side.div_ceil(32), side.div_ceil(4));
-    plan.step(pack, Invocations::line(side * words), &[])?;
-    plan.step(rows, Invocations::line(side * quads), &[])?;
-    plan.step(columns, Invocations::line(side * quads), &[])
+    plan.product("costmap", u64::from(side * quads) * 4)?;
+    plan.step(PACK, Invocations::line(side * words), &[])?;
+    plan.step(ROWS, Invocations::line(side * quads), &[])?;
+    plan.step(COLUMNS, Invocations::line(side * quads), &[])
 }
 
 /// The stage.

@@ -3,25 +3,10 @@
 use std::sync::Arc;
 
 use crate::base::Result;
-use crate::gpu::{FrameInput, Invocations, Plan, ShaderSource, ShaderText};
+use crate::gpu::{FrameInput, Invocations, Plan, ShaderText};
 use crate::map::Window;
 use crate::stage::map::layers::Layers;
 use crate::stage::{MapJob, Moment, Stage};
-
-/// The pass.
-pub const MOVE_WINDOW: ShaderSource = ShaderSource {
-    name: "move_window",
-    parts: &[
-        include_str!("../../../shaders/lib/cell.wgsl"),
-        include_str!("../../../shaders/lib/slot.wgsl"),
-        include_str!("../../../shaders/lib/counters.wgsl"),
-        include_str!("../../../shaders/lib/window/frame.wgsl"),
-        include_str!("../../../shaders/lib/window/cells.wgsl"),
-        include_str!("../../../shaders/lib/window/no_lidars.wgsl"),
-        include_str!("../../../shaders/lib/window/no_panes.wgsl"),
-        include_str!("../../../shaders/move_window.wgsl"),
-    ],
-};
 
 /// The files of the pass over those layers; `frame`: whether it clears the sums of a camera's frame too.
 pub fn parts(layers: Layers, frame: bool) -> [&'static str; 8] {

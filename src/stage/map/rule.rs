@@ -76,13 +76,12 @@ pub fn params(moment: &RuleMoment<'_>) -> RuleParams {
 }
 
 /// The files of the pass over those layers, before and after the rule's own text.
-pub fn parts(layers: Layers) -> [&'static str; 9] {
+pub fn parts(layers: Layers) -> [&'static str; 8] {
     [
         include_str!("../../../shaders/lib/cell.wgsl"),
         include_str!("../../../shaders/lib/slot.wgsl"),
         include_str!("../../../shaders/lib/record.wgsl"),
         include_str!("../../../shaders/lib/verdict.wgsl"),
-        include_str!("../../../shaders/lib/rule/said.wgsl"),
         if layers.cameras {
             include_str!("../../../shaders/lib/rule/cameras.wgsl")
         } else {
@@ -102,9 +101,20 @@ pub fn parts(layers: Layers) -> [&'static str; 9] {
     ]
 }
 
-/// The pass.
-pub fn shader(layers: Layers, settings: &RuleSettings) -> ShaderText {
-    let text = format!("{}\n{}", rule_wgsl(settings), parts(layers).join("\n"));
+/// The lookup of `fresh_since` for a map of so many sensors, by constant places: places that vary from cell to cell are slow on
+/// software drivers.
+fn fresh_since_wgsl(sensors: usize) -> String {
+    let place = |number: usize| format!("rule_params.fresh_since[{}][{}]", number / 4, number % 4);
+    let of = |number: usize| format!("    since = select(since, {}, sensor == {number}u);\n", place(number));
+    let lines: String = (1..=sensors.min(MOST_SENSORS)).map(of).collect();
+    format!("fn fresh_since_of(sensor: u32) -> u32 {{\n    var since = 0u;\n{lines}    return since;\n}}\n")
+}
+
+/// The pass, for a map of so many `sensors`.
+pub fn shader(layers: Layers, settings: &RuleSettings, sensors: usize) -> ShaderText {
+    let says = [layers.panes, layers.lidars, layers.cameras];
+    let texts = [rule_wgsl(settings, says), parts(layers).join("\n"), fresh_since_wgsl(sensors)];
+    let text = texts.join("\n");
     ShaderText { label: "rule".into(), entry_point: "rule", text }
 }
 
@@ -112,11 +122,17 @@ pub fn shader(layers: Layers, settings: &RuleSettings) -> ShaderText {
 ///
 /// # Errors
 /// From the plan.
-pub fn declare(plan: &mut Plan, side: u32, layers: Layers, settings: &RuleSettings) -> Result<()> {
+pub fn declare(
+    plan: &mut Plan,
+    side: u32,
+    layers: Layers,
+    settings: &RuleSettings,
+    sensors: usize,
+) -> Result<()> {
     layers.declare(plan, side)?;
     plan.uniform::<RuleParams>("rule_params")?;
     plan.product("verdicts", u64::from(side) * u64::from(side) * 4)?;
-    plan.step(shader(layers, settings), Invocations::area(side, side), &[])
+    plan.step(shader(layers, settings, sensors), Invocations::area(side, side), &[])
 }
 
 /// The stage.
@@ -128,7 +144,7 @@ pub struct Rule {
 
 impl Stage for Rule {
     fn append(&self, plan: &mut Plan) -> Result<()> {
-        declare(plan, self.map.side, self.map.layers, &RuleSettings::of(&self.map.config))
+        declare(plan, self.map.side, self.map.layers, &RuleSettings::of(&self.map.config), self.map.sensors)
     }
 
     fn write(&self, moment: &Moment<'_>, input: &mut FrameInput<'_>) -> Result<()> {
