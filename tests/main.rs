@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking, in its helpers too")]
 #![allow(clippy::cast_possible_truncation, reason = "test data are small and known")]
 
+mod allocation;
 mod cli;
 mod cli_drm;
 mod config;
@@ -12,6 +13,7 @@ mod golden;
 mod lidar;
 mod map;
 mod network;
+mod one_hall;
 mod one_map;
 mod plan;
 mod read;

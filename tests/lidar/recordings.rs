@@ -1,15 +1,19 @@
 //! Poses, goals and a camera beside the lidar, out of MCAP files that the tests write.
 
+use std::collections::BTreeMap;
 use std::f64::consts::FRAC_PI_2;
+use std::path::Path;
 use std::process::Command;
 
 use crate::support::scan::ScanFrame;
+use byteorder::LittleEndian;
 use glam::{DQuat, DVec2, DVec3};
 use limpid::Config;
 use limpid::input::PosedScans;
 use limpid::message::ros2::{
     OdometryPose, PointCloud2, PointField, Pose, PoseStamped, PoseWithCovariance, TFMessage, Vector3,
 };
+use serde_bytes::ByteBuf;
 
 use crate::read::synthetic::{FRAME, Recorder, Saved, at_ms, header, transform};
 use crate::support::gpu::skipped;
@@ -258,6 +262,52 @@ fn transforms_are_interpolated_at_the_stamp_and_at_the_first_and_last_point() {
     assert_eq!(found[1].pose, None, "long after the newest transform");
 }
 
+/// Results of `limpid run` with all outputs: its words, the topics with their numbers of messages, and the last map.
+struct Ran {
+    said: String,
+    topics: BTreeMap<String, usize>,
+    map: Option<Costmap>,
+}
+
+type Place = ([f64; 3], [f64; 4]);
+type Costmap = (((i32, u32), String), ((i32, u32), (i32, u32), String, f32, u32, u32, Place), ByteBuf);
+
+fn run_all(recording: &Path, folder: &Path, sensor: &[&str]) -> Ran {
+    let path = |name: &str| folder.join(name);
+    let mut command = Command::new(env!("CARGO_BIN_EXE_limpid"));
+    command.arg("run").arg(recording).args(sensor).arg("-o").arg(path("out.mcap"));
+    command.arg("--png").arg(path("png")).arg("--dump").arg(path("dump"));
+    let output = command.arg("--map").arg(path("map")).output().unwrap();
+    let said = String::from_utf8_lossy(&[output.stdout, output.stderr].concat()).into_owned();
+    assert!(output.status.success(), "{said}");
+    let bytes = std::fs::read(path("out.mcap")).unwrap();
+    let (mut topics, mut map) = (BTreeMap::<String, usize>::new(), None);
+    for message in mcap::MessageStream::new(&bytes).unwrap().map(Result::unwrap) {
+        *topics.entry(message.channel.topic.clone()).or_default() += 1;
+        if message.channel.topic == "/limpid/costmap_raw" {
+            map = Some(cdr_encoding::from_bytes::<Costmap, LittleEndian>(&message.data[4..]).unwrap().0);
+        }
+    }
+    Ran { said, topics, map }
+}
+
+impl Ran {
+    /// Side of a cell, metres, and the places of the middles of lethal cells.
+    fn lethal(&self) -> (f64, Vec<[f64; 2]>) {
+        let (_, (.., resolution, columns, _, (corner_m, _)), costs) = self.map.as_ref().unwrap();
+        let (cell_m, columns) = (f64::from(*resolution), *columns as usize);
+        let lethal = (0..costs.len()).filter(|&cell| costs[cell] == 254);
+        let middle = |number: usize, axis: usize| corner_m[axis] + (number as f64 + 0.5) * cell_m;
+        (cell_m, lethal.map(|cell| [middle(cell % columns, 0), middle(cell / columns, 1)]).collect())
+    }
+
+    /// Whether a lethal cell has its middle within a square around a place.
+    fn is_lethal(&self, [x_m, y_m]: [f64; 2], half_m: f64) -> bool {
+        let within = |a: f64, b: f64| (a - b).abs() < half_m;
+        self.lethal().1.iter().any(|&[x, y]| within(x, x_m) && within(y, y_m))
+    }
+}
+
 #[test]
 fn a_camera_and_a_lidar_lose_nothing_to_each_other() {
     if skipped() {
@@ -269,38 +319,40 @@ fn a_camera_and_a_lidar_lose_nothing_to_each_other() {
     for ms in [0, 200] {
         recorder.transform("/tf", at_ms(ms), ["map", "base_link"], [0.0; 3], NO_ROTATION);
     }
-    for ms in [10, 110] {
+    // Frames at 50 Hz, as an occupied cell takes some of them, and scans at 10 Hz.
+    for ms in (10..=170).step_by(20) {
         recorder.depth(at_ms(ms), 900);
-        record_cloud(&mut recorder, ms + 20, 0.0);
+        if ms % 100 == 10 {
+            record_cloud(&mut recorder, ms + 5, 0.0);
+        }
     }
     let saved = recorder.save();
-    let folder = tempfile::tempdir().unwrap();
-    let path = |name: &str| folder.path().join(name);
-    let run = |sensor: &[&str]| {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_limpid"));
-        command.arg("run").arg(&saved.path).args(sensor);
-        command.arg("-o").arg(path("out.mcap")).arg("--png").arg(path("png"));
-        let output = command.arg("--dump").arg(path("dump")).arg("--map").arg(path("map")).output().unwrap();
-        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    };
-    run(&[]);
-    let mut expected = vec!["map.pgm", "map.yaml", "map-plan.pgm", "map-plan.yaml"];
-    for name in ["png/000001-costmap.png", "png/000001-plan.png", "dump/000001/frame.json"] {
-        expected.push(name);
+    let folders = [(); 3].map(|()| tempfile::tempdir().unwrap());
+    let both = run_all(&saved.path, folders[0].path(), &[]);
+    assert!(both.said.contains("camera: 9 used, 0 without a pose"), "{}", both.said);
+    assert!(both.said.contains("lidar: 2 used, 0 without a pose"), "{}", both.said);
+    // The first observation's map, one 0.1 s on, and one of what came after it.
+    let maps = both.topics["/limpid/costmap"];
+    assert_eq!(maps, 3, "{:?}", both.topics);
+    assert!(!both.topics.keys().any(|topic| topic.contains("plan")), "{:?}", both.topics);
+    for name in ["map.pgm", "map.yaml", "png/map-000002-map.png", "png/camera-000008-reliability.png"] {
+        assert!(folders[0].path().join(name).is_file(), "{name}");
     }
-    expected.extend(["dump/lidar/000001/frame.json", "dump/lidar/000001/class.exr"]);
-    for name in expected {
-        assert!(path(name).is_file(), "{name}");
+    for name in ["map/000002/reason.exr", "camera/000008/occupancy.exr", "lidar/000001/plan.exr"] {
+        assert!(folders[0].path().join("dump").join(name).is_file(), "{name}");
     }
-    let bytes = std::fs::read(path("out.mcap")).unwrap();
-    let mut topics = std::collections::BTreeMap::<String, usize>::new();
-    for message in mcap::MessageStream::new(&bytes).unwrap() {
-        *topics.entry(message.unwrap().channel.topic.clone()).or_default() += 1;
+    assert!(!folders[0].path().join("map-plan.pgm").exists());
+    // Each alone: what is lethal then is so in the one map.
+    let camera = run_all(&saved.path, folders[1].path(), &["--sensor", "camera"]);
+    assert!(camera.said.contains("camera: 9 used") && !camera.said.contains("lidar: 2"), "{}", camera.said);
+    let lidar = run_all(&saved.path, folders[2].path(), &["--sensor", "lidar"]);
+    assert!(lidar.said.contains("lidar: 2 used") && !lidar.said.contains("camera: 9"), "{}", lidar.said);
+    for (name, alone) in [("camera", &camera), ("lidar", &lidar)] {
+        let (cell_m, places) = alone.lethal();
+        assert!(places.len() > 2, "{name}: {places:?}");
+        for place in places {
+            assert!(both.is_lethal(place, cell_m / 2.0), "{name}: {place:?} is lethal alone, not together");
+        }
     }
-    let of =
-        |part: &str| topics.iter().filter(|(topic, _)| topic.contains(part)).map(|(_, count)| *count).max();
-    assert_eq!((of("costmap"), of("plan")), (Some(2), Some(2)), "{topics:?}");
-    let camera_map = std::fs::read(path("map.pgm")).unwrap();
-    run(&["--sensor", "camera"]);
-    assert_eq!(std::fs::read(path("map.pgm")).unwrap(), camera_map, "the same map alone");
+    assert!(!both.is_lethal([1.5, 0.0], 0.2), "the control: between what the two see");
 }

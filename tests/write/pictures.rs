@@ -199,6 +199,8 @@ fn verdicts_tell_glass_occupied_and_stale_apart() {
     // All of them are in the legend, under the map of 830 pixels.
     let legend = |color| picture.enumerate_pixels().any(|(_, y, pixel)| y > 830 && pixel.0 == color);
     assert!(want.into_iter().all(legend));
+    // The legend has two lines, and no ground beside the map, which would look free.
+    assert_eq!((picture.width(), picture.height()), (12 * 83, 10 * 83 + 66 + 26));
 
     let (name, picture) = map_picture("map-classes", &by_row(|map| map.verdicts.clear()), &sensors[1..]);
     assert_eq!(name, "000003-map.png");

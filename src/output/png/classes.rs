@@ -3,15 +3,16 @@
 use glam::DVec2;
 
 use crate::map::{CellClass, MapUpdate, Update, Verdict};
-use crate::output::png::canvas::{Canvas, Rgb, TEXT_HEIGHT, mix};
+use crate::output::png::canvas::{Canvas, Rgb, mix};
 use crate::output::png::costmap::{draw_robot, draw_scale_bar};
-use crate::output::png::{BLACK, MARGIN, legend_entry, status_line, with_panel};
+use crate::output::png::{BLACK, LINE_HEIGHT, MARGIN, legend_entry, status_line, with_panel_of_lines};
 
 /// Side of the picture that the cells are scaled up to, pixels.
 const TARGET_SIDE: u32 = 1000;
 const LEGEND_WIDTH: u32 = 860;
-/// Of a legend that names what verdicts tell apart.
-const VERDICT_LEGEND_WIDTH: u32 = 1180;
+/// Of a legend that names what verdicts tell apart, in two lines: no wider than most maps, since the ground of what lies beside
+/// the map would look free.
+const VERDICT_LEGEND_WIDTH: u32 = 640;
 
 const UNKNOWN: Rgb = [82, 88, 92];
 const FREE: Rgb = [24, 26, 30];
@@ -28,6 +29,30 @@ const OCCUPIED: Rgb = [244, 120, 72];
 const STALE: Rgb = [122, 92, 70];
 const GOAL: Rgb = [64, 224, 255];
 
+/// What classes tell apart.
+const LEGEND: [(&str, Rgb); 7] = [
+    ("solid", SOLID),
+    ("transparent", TRANSPARENT),
+    ("passable", PASSABLE),
+    ("inscribed", INSCRIBED),
+    ("inflated", INFLATED_HIGH),
+    ("free", FREE),
+    ("unknown", UNKNOWN),
+];
+/// What verdicts tell apart.
+const VERDICT_LEGEND: [(&str, Rgb); 10] = [
+    ("glass", GLASS),
+    ("solid", SOLID),
+    ("transparent", TRANSPARENT),
+    ("occupied", OCCUPIED),
+    ("passable", PASSABLE),
+    ("inscribed", INSCRIBED),
+    ("inflated", INFLATED_HIGH),
+    ("free", FREE),
+    ("unknown", UNKNOWN),
+    ("stale", STALE),
+];
+
 /// Length of the arrow towards the goal, pixels.
 const GOAL_PIXELS: f64 = 34.0;
 
@@ -37,15 +62,22 @@ pub(super) fn draw(update: &Update, map: &MapUpdate) -> Canvas {
     let scale = (TARGET_SIDE / grid.width.max(grid.height)).max(1);
     let (width, height) = (grid.width * scale, grid.height * scale);
     let by_verdict = !map.verdicts.is_empty();
-    let mut canvas = with_panel(width, height, if by_verdict { VERDICT_LEGEND_WIDTH } else { LEGEND_WIDTH });
+    let (lines, legend_width) = if by_verdict { (2, VERDICT_LEGEND_WIDTH) } else { (1, LEGEND_WIDTH) };
+    let mut canvas = with_panel_of_lines(width, height, legend_width, lines);
     draw_cells(&mut canvas, map, i64::from(scale));
     draw_robot(&mut canvas, grid, update.map_from_base, f64::from(scale));
     if let Some(goal) = map.towards_goal {
         draw_goal(&mut canvas, update, map, goal, f64::from(scale));
     }
     draw_scale_bar(&mut canvas, i64::from(height), f64::from(scale) / grid.resolution_m);
-    draw_legend(&mut canvas, i64::from(height) + MARGIN, by_verdict);
-    status_line(&mut canvas, i64::from(height) + 2 * MARGIN + TEXT_HEIGHT, update);
+    let line = |number: u32| i64::from(height) + MARGIN + i64::from(LINE_HEIGHT * number);
+    if by_verdict {
+        draw_legend(&mut canvas, line(0), &VERDICT_LEGEND[..5]);
+        draw_legend(&mut canvas, line(1), &VERDICT_LEGEND[5..]);
+    } else {
+        draw_legend(&mut canvas, line(0), &LEGEND);
+    }
+    status_line(&mut canvas, line(lines), update);
     canvas
 }
 
@@ -113,21 +145,9 @@ fn draw_goal(canvas: &mut Canvas, update: &Update, map: &MapUpdate, goal: DVec2,
     }
 }
 
-fn draw_legend(canvas: &mut Canvas, y: i64, by_verdict: bool) {
-    let entries = [
-        ("glass", GLASS, by_verdict),
-        ("solid", SOLID, true),
-        ("transparent", TRANSPARENT, true),
-        ("occupied", OCCUPIED, by_verdict),
-        ("passable", PASSABLE, true),
-        ("inscribed", INSCRIBED, true),
-        ("inflated", INFLATED_HIGH, true),
-        ("free", FREE, true),
-        ("unknown", UNKNOWN, true),
-        ("stale", STALE, by_verdict),
-    ];
+fn draw_legend(canvas: &mut Canvas, y: i64, entries: &[(&str, Rgb)]) {
     let mut x = MARGIN;
-    for (label, color, _) in entries.into_iter().filter(|(.., shown)| *shown) {
-        x = legend_entry(canvas, x, y, label, color) - 4;
+    for (label, color) in entries {
+        x = legend_entry(canvas, x, y, label, *color) - 4;
     }
 }

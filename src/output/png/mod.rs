@@ -28,6 +28,8 @@ const WHITE: Rgb = [255, 255, 255];
 /// Height of the legend under a picture, pixels: two lines of text.
 const PANEL_HEIGHT: u32 = 66;
 const MARGIN: i64 = 12;
+/// From a line of text to the next.
+const LINE_HEIGHT: u32 = 26;
 
 /// Writes pictures of what updates hold:
 ///
@@ -100,7 +102,13 @@ impl Sink for PngSink {
 
 /// A picture of `width` x `height` pixels with a panel under it for a legend of `legend_width` pixels.
 fn with_panel(width: u32, height: u32, legend_width: u32) -> Canvas {
-    Canvas::new(width.max(legend_width), height + PANEL_HEIGHT, PANEL)
+    with_panel_of_lines(width, height, legend_width, 1)
+}
+
+/// As [`with_panel`], for a legend of some lines.
+fn with_panel_of_lines(width: u32, height: u32, legend_width: u32, lines: u32) -> Canvas {
+    let more = LINE_HEIGHT * lines.saturating_sub(1);
+    Canvas::new(width.max(legend_width), height + PANEL_HEIGHT + more, PANEL)
 }
 
 /// A patch of colour with its name; gives the x where the next one starts.
