@@ -71,9 +71,9 @@ fn next_state(old: u32, p: f32, confirmed: bool, seen: bool) -> u32 {
     return select(old, UNKNOWN, old == OCCUPIED);
 }
 
-// Whether the cell was seen since: then this frame changes nothing of it. A camera alone has its frames in their order.
+// Whether the cell was seen since: then this frame changes nothing of it.
 fn is_late(slot: u32) -> bool {
-    return timed && cell_marks[slot].x > cell_marks_params.tick;
+    return cell_marks[slot].x > cell_marks_params.tick;
 }
 
 fn lambda_of(slot: u32) -> f32 {

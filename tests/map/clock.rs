@@ -22,11 +22,7 @@ fn ticks_count_hundredths_from_10_s_before_the_first_stamp() {
     assert_eq!((clock.now(), clock.now_ns()), (FIRST + 2, BEGAN + 25 * MS));
     // Before the map's first: older than it.
     assert_eq!(clock.observe(3, BEGAN - 5 * MS).tick, FIRST - 1);
-    assert_eq!(
-        clock.observe(1, BEGAN - 5 * MS).tick,
-        FIRST + 2,
-        "a sensor's own messages stay in their order"
-    );
+    assert_eq!(clock.observe(1, BEGAN - 5 * MS).tick, FIRST - 1, "a sensor's own message may be late too");
     let mut other = self::clock();
     other.observe(0, BEGAN);
     assert_eq!(other.observe(1, BEGAN - 60 * S).tick, 1, "as old as a tick can be");

@@ -22,10 +22,9 @@ pub(crate) struct Marked {
 }
 
 impl Marked {
-    /// Takes a frame at `tick` in, of which lambda is 0.85 for 30 Hz. Only where the old occupancy is `timed`, as among several
-    /// cameras, a frame can be late.
+    /// Takes a frame at `tick` in, of which lambda is 0.85 for 30 Hz.
     pub(crate) fn look(&mut self, tick: u32, sensor: u32, timed: bool, look: Look) {
-        if look == Look::Nothing || self.last.is_some_and(|(last, _)| timed && last > tick) {
+        if look == Look::Nothing || self.last.is_some_and(|(last, _)| last > tick) {
             return;
         }
         let lambda = match self.last {
