@@ -23,9 +23,10 @@ fn scan_values(@builtin(global_invocation_id) id: vec3<u32>) {
     let slot = slot_of(id.x, id.y, scan_values_params.origin_slot_x, scan_values_params.origin_slot_y, side);
     let word = solid_cells[slot].x;
     let value = obstacle_value[cell];
-    let solid = (word & 0xffu) == SOLID;
+    let pane = has_pane(slot);
+    let solid = (word & 0xffu) == SOLID && !pane;
     let steps = min(inflation[cell] & 0x7fffffffu, u32(INTENSITY_STEPS));
-    let glass = select((word >> GLASS_SHIFT) & GLASS_MASK, u32(INTENSITY_STEPS), has_pane(slot));
+    let glass = select((word >> GLASS_SHIFT) & GLASS_MASK, u32(INTENSITY_STEPS), pane);
     let per_step = scan_values_params.solid_value / INTENSITY_STEPS;
     let shares = vec2(f32(glass), f32(steps)) * per_step;
     cell_values[cell] = vec4(select(0.0, value, solid), select(value, 0.0, solid), shares);
