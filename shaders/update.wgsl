@@ -24,6 +24,8 @@ struct CellMarksParams {
 
 // Whether the old occupancy counts less the longer ago it is, else by the number of observations.
 override timed: bool = false;
+// Whether evidence and occupancy are kept for the host.
+override keep_grids: bool = true;
 // Whether back_project keeps the lowest hits.
 override lowest: bool = false;
 
@@ -147,7 +149,9 @@ fn update(@builtin(global_invocation_id) id: vec3<u32>) {
         cell.state = now | (run << 8u);
         cells[slot] = from_cell(cell);
     }
-    evidence[i] = e;
-    occupancy[i] = cell.occupancy;
+    if keep_grids {
+        evidence[i] = e;
+        occupancy[i] = cell.occupancy;
+    }
     state[i] = now | select(0u, WAS_HIT, hit) | select(0u, WAS_SEEN_THROUGH, seen);
 }

@@ -62,3 +62,9 @@ impl Rigid {
         DMat3::from_quat(self.rotation)
     }
 }
+
+/// f64 values as the f32 that shaders and points have.
+#[expect(clippy::cast_possible_truncation, reason = "f32 is the precision of shaders and points")]
+pub(crate) fn single(value: f64) -> f32 {
+    value as f32
+}

@@ -7,5 +7,6 @@ mod time;
 
 pub use error::{Error, Result};
 pub use geometry::Rigid;
+pub(crate) use geometry::single;
 pub use refused::Refused;
 pub use time::{duration_ns, seconds_between};

@@ -10,7 +10,7 @@ use limpid::config::SensorKind;
 use limpid::input::{Source, open_source};
 use limpid::map::glass::{LabelledScan, PointClass};
 use limpid::map::pane_file::panes_to_yaml;
-use limpid::map::{CellClass, MapUpdate, PaneSet, Update};
+use limpid::map::{CellClass, MapUpdate, PaneSet, State, Update};
 use limpid::mapper::{Options, SensorInfo};
 use limpid::output::{DumpSink, McapSink, PngSink, Sink, save_map};
 use limpid::run::{RunReport, SensorRun, run};
@@ -198,7 +198,7 @@ pub(super) fn print_report(report: &RunReport) {
         report.build.as_secs_f64() * 1e3,
     );
     if let Some(map) = report.last().and_then(|last| last.map.as_ref()) {
-        print_map(map);
+        print_map(map, &report.sensors);
     }
 }
 
@@ -230,7 +230,7 @@ fn print_sensor(sensor: &SensorRun) {
     }
 }
 
-fn print_map(map: &MapUpdate) {
+fn print_map(map: &MapUpdate, sensors: &[SensorRun]) {
     let cells: Vec<_> = if map.classes.is_empty() {
         let of =
             |costs: std::ops::RangeInclusive<u8>| map.costmap.iter().filter(|c| costs.contains(c)).count();
@@ -245,5 +245,8 @@ fn print_map(map: &MapUpdate) {
     } else {
         CellClass::ALL.map(|class| format!("{} {}", map.count(class), class.name())).into()
     };
-    println!("map: {}; cells: {}", map.state.name(), cells.join(", "));
+    let states = sensors.iter().zip(&map.sensors).filter(|(_, state)| **state != State::Ok);
+    let states: Vec<_> = states.map(|(sensor, state)| format!("{} {}", sensor.name, state.name())).collect();
+    let of = if states.is_empty() { String::new() } else { format!(" ({})", states.join(", ")) };
+    println!("map: {}{of}; cells: {}", map.state.name(), cells.join(", "));
 }

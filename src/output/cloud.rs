@@ -55,7 +55,7 @@ impl TrustedPoints {
                 let Some([x, y]) = self.rays[pixel].filter(|_| depth_m > 0.0 && reliability > tau) else {
                     continue;
                 };
-                let [x_m, y_m] = [x, y].map(|ray| crate::stage::single(ray * f64::from(depth_m)));
+                let [x_m, y_m] = [x, y].map(|ray| crate::base::single(ray * f64::from(depth_m)));
                 for value in [x_m, y_m, depth_m, reliability] {
                     data.extend_from_slice(&value.to_le_bytes());
                 }

@@ -16,6 +16,7 @@ use glam::Vec4;
 pub use job::{CameraJob, LidarJob, MapJob};
 pub use moment::Moment;
 
+pub(crate) use crate::base::single;
 use crate::base::{Refused, Result, Rigid};
 use crate::gpu::{FrameInput, Plan};
 use crate::sensor::Observation;
@@ -59,10 +60,4 @@ pub fn rows(transform: Rigid) -> [Vec4; 3] {
     let translation = transform.translation_m.to_array();
     let row = |axis: usize| rotation.col(axis).extend(translation[axis]).as_vec4();
     [row(0), row(1), row(2)]
-}
-
-/// f64 parameters as the f32 that shaders take.
-#[expect(clippy::cast_possible_truncation, reason = "f32 is the precision of the shaders")]
-pub(crate) fn single(value: f64) -> f32 {
-    value as f32
 }

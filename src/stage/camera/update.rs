@@ -92,7 +92,7 @@ pub fn declare(plan: &mut Plan, job: &CameraJob, timed: bool, lowest: bool) -> R
     }
     plan.step(UPDATE, Invocations::area(job.map.side, job.map.side), &[])?;
     plan.with(&[("weighted", job.weighted()), ("gated", job.gated())])?;
-    plan.with(&[("timed", timed), ("lowest", lowest)])
+    plan.with(&[("timed", timed), ("lowest", lowest), ("keep_grids", job.layers)])
 }
 
 /// The parameters of a frame with that share of the old occupancy kept.
