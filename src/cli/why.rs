@@ -24,6 +24,9 @@ pub(crate) struct WhyArguments {
     /// from 0; left out: in the last
     #[arg(long, value_name = "N")]
     frame: Option<u64>,
+    /// Lidar: find panes of glass, as `run --glass` does
+    #[arg(long)]
+    glass: bool,
 }
 
 fn parse_place(text: &str) -> std::result::Result<[f64; 2], String> {
@@ -34,7 +37,8 @@ fn parse_place(text: &str) -> std::result::Result<[f64; 2], String> {
 }
 
 pub(crate) fn execute(arguments: &WhyArguments) -> Result<()> {
-    let config = arguments.common.config()?;
+    let mut config = arguments.common.config()?;
+    config.change_all(|parameters| parameters.glass |= arguments.glass);
     let mut source = open_source(&arguments.input, &config)?;
     let options = Options { adapter: arguments.common.adapter.clone(), ..Options::default() };
     let (mapper, last) = run_to(source.as_mut(), arguments.frame, &config, &options)?;
