@@ -38,7 +38,8 @@ pub struct Options {
     pub profiling: bool,
     /// Whether depth, reliability and colour images are read back.
     pub images: bool,
-    /// Whether the grids beside the map are read back.
+    /// Whether the grids beside the map are read back. With these or with images, the map of a camera alone has its verdicts
+    /// too; that of a lidar, or of several sensors, always has them.
     pub layers: bool,
 }
 

@@ -40,7 +40,8 @@ pub(crate) fn execute(arguments: &WhyArguments) -> Result<()> {
     let mut config = arguments.common.config()?;
     config.change_all(|parameters| parameters.glass |= arguments.glass);
     let mut source = open_source(&arguments.input, &config)?;
-    let options = Options { adapter: arguments.common.adapter.clone(), ..Options::default() };
+    let adapter = arguments.common.adapter.clone();
+    let options = Options { adapter, layers: true, ..Options::default() };
     let (mapper, last) = run_to(source.as_mut(), arguments.frame, &config, &options)?;
     if let Some(wanted) = arguments.frame.filter(|&wanted| wanted != last.index) {
         let reason = format!("there is no map {wanted}; the nearest is {}", last.index);

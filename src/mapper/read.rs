@@ -84,7 +84,11 @@ impl Reader<'_> {
 
     fn map(&self, job: &MapJob, pending: &Pending) -> Result<MapUpdate> {
         let costmap = self.quads("costmap", job.side)?;
-        let verdicts: Vec<Verdict> = self.words("verdicts")?.into_iter().map(Verdict).collect();
+        // A camera alone gives them on request.
+        let verdicts = match self.executor.reads_back(self.executor.find("verdicts")?) {
+            true => self.words("verdicts")?.into_iter().map(Verdict).collect(),
+            false => Vec::new(),
+        };
         let classes = match job.layers.lidars {
             true => verdicts.iter().zip(&costmap).map(|(&v, &cost)| CellClass::of(v, cost) as u8).collect(),
             false => Vec::new(),

@@ -96,13 +96,15 @@ pub fn camera_plan(job: &CameraJob, stages: &[Box<dyn Stage>]) -> Result<Plan> {
     for name in images.filter(|_| job.images).chain(layers.into_iter().filter(|_| job.layers)) {
         plan.read_back(name)?;
     }
-    read_back_map(&mut plan, &job.map)?;
+    read_back_map(&mut plan, &job.map, job.images || job.layers)?;
     plan.check()?;
     Ok(plan)
 }
 
-fn read_back_map(plan: &mut Plan, map: &MapJob) -> Result<()> {
-    for name in ["costmap", "verdicts"].into_iter().filter(|_| !map.apart) {
+/// Reads the map of one sensor back, with its verdicts where they are wanted.
+fn read_back_map(plan: &mut Plan, map: &MapJob, verdicts: bool) -> Result<()> {
+    let names = ["costmap"].into_iter().chain(verdicts.then_some("verdicts"));
+    for name in names.filter(|_| !map.apart) {
         plan.read_back(name)?;
     }
     Ok(())
@@ -139,7 +141,8 @@ pub fn lidar_plan(job: &LidarJob, stages: &[Box<dyn Stage>]) -> Result<Plan> {
     for name in products.into_iter().filter(|_| job.layers) {
         plan.read_back(name)?;
     }
-    read_back_map(&mut plan, &job.map)?;
+    // Classes come from verdicts.
+    read_back_map(&mut plan, &job.map, true)?;
     for name in ["classes", "panes", "glass_counters"].into_iter().filter(|_| job.glass.is_some()) {
         plan.read_back(name)?;
     }

@@ -8,6 +8,10 @@ fn cameras_say(slot: u32) -> Said {
         return Said(CAMERA_UNKNOWN, 0u, 0u);
     }
     let state = camera_state_of(see_state(to_cell(cells[slot]).state));
+    // A camera alone is the first sensor, and nobody doubts it: a read less.
+    if ALONE {
+        return Said(state, marks.x, 1u);
+    }
     let doubtful = state == CAMERA_OCCUPIED && ((marks.y >> 16u) & 0xffu) < DOUBTFUL_BELOW;
     return Said(state | select(0u, CAMERA_DOUBTFUL, doubtful), marks.x, sensor_of(marks.y));
 }

@@ -113,7 +113,8 @@ fn fresh_since_wgsl(sensors: usize) -> String {
 /// The pass, for a map of so many `sensors`.
 pub fn shader(layers: Layers, settings: &RuleSettings, sensors: usize) -> ShaderText {
     let says = [layers.panes, layers.lidars, layers.cameras];
-    let texts = [rule_wgsl(settings, says), parts(layers).join("\n"), fresh_since_wgsl(sensors)];
+    let alone = format!("const ALONE = {};", sensors == 1);
+    let texts = [rule_wgsl(settings, says), alone, parts(layers).join("\n"), fresh_since_wgsl(sensors)];
     let text = texts.join("\n");
     ShaderText { label: "rule".into(), entry_point: "rule", text }
 }
