@@ -3,6 +3,7 @@
 mod build;
 mod channel;
 mod checks;
+mod goal;
 mod read;
 mod stages;
 mod why;
@@ -15,6 +16,7 @@ use glam::{DVec2, DVec3};
 use self::build::{Builder, map_job};
 use self::channel::{Channel, Published};
 pub(crate) use self::checks::frame as check_frame;
+use self::goal::towards_goal;
 pub use self::stages::{camera_plan, camera_stages, lidar_plan, lidar_stages, map_plan, map_stages};
 use crate::base::{Error, Refused, Result, duration_ns};
 use crate::config::Config;
@@ -104,6 +106,12 @@ pub struct Mapper {
     said: Vec<State>,
     published: u64,
 }
+
+/// A mapper may live on a thread of its own.
+const _: () = {
+    const fn is_send<T: Send>() {}
+    is_send::<Mapper>();
+};
 
 /// See [`Mapper::newest`].
 #[derive(Debug, Clone)]
@@ -374,25 +382,4 @@ impl Mapper {
         };
         self.channels.iter().flat_map(of).collect()
     }
-}
-
-/// The goal's direction; that of the robot's x axis without a goal; `None` within a cell of the goal.
-fn towards_goal(
-    config: &Config,
-    goal_m: Option<DVec2>,
-    pose: SensorPose,
-    resolution_m: f64,
-) -> Option<DVec2> {
-    let stated = match config.goal_m[..] {
-        [x, y] => Some(DVec2::new(x, y)),
-        _ => None,
-    };
-    let way = match goal_m.or(stated) {
-        Some(goal_m) => {
-            let way_m = goal_m - pose.map_from_base.translation_m.truncate();
-            (way_m.length() > resolution_m).then_some(way_m)?
-        }
-        None => (pose.map_from_base.rotation * DVec3::X).truncate(),
-    };
-    way.try_normalize()
 }

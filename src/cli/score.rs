@@ -7,7 +7,7 @@ use limpid::config::SensorKind;
 use limpid::input::open_source;
 use limpid::mapper::Options;
 use limpid::offline::score::{Score, Scorer};
-use limpid::run::run;
+use limpid::run::run_to;
 use limpid::{Error, Result};
 
 use super::Common;
@@ -57,10 +57,8 @@ pub(crate) fn execute(arguments: &ScoreArguments) -> Result<()> {
     let config = arguments.common.config()?.only(SensorKind::Lidar)?;
     let mut source = open_source(&arguments.input, &config)?;
     let options = Options { adapter: arguments.common.adapter.clone(), ..Options::default() };
-    let range = 0..arguments.scan.saturating_add(1);
-    let report = run(source.as_mut(), range, &config, &options, &mut [], &mut |_| {})?;
+    let (mapper, last) = run_to(source.as_mut(), Some(arguments.scan), &config, &options)?;
     let no_map = || Error::Empty { reason: "no scan was mapped".into() };
-    let last = report.last().ok_or_else(no_map)?;
     let map = last.map.as_ref().ok_or_else(no_map)?;
     if last.index != arguments.scan {
         let reason =
@@ -77,8 +75,8 @@ pub(crate) fn execute(arguments: &ScoreArguments) -> Result<()> {
     )]
     let places = (2.0 * fastest * arguments.horizon.max(0.0) / map.grid.resolution_m).ceil() as u32;
     let candidates = u32::try_from(velocities.len()).unwrap_or(u32::MAX);
-    let adapter = arguments.common.adapter.as_deref();
-    let mut scorer = Scorer::open(adapter, map.grid.width, candidates, places.saturating_add(2))?;
+    let (context, places) = (mapper.context(), places.saturating_add(2));
+    let mut scorer = Scorer::on(context, map.grid.width, candidates, places)?;
     let scores = scorer.score_velocities(map, last.map_from_base, &velocities, arguments.horizon)?;
     print(&velocities, &scores, arguments.json);
     Ok(())

@@ -37,11 +37,19 @@ impl Labeller {
     /// [`Error::Config`]; [`Error::Input`] for a first scan without points; [`Error::NoAdapter`], [`Error::Limit`],
     /// [`Error::Gpu`].
     pub fn open(config: &Config, first: &Scan, adapter: Option<&str>, profiling: bool) -> Result<Self> {
+        Self::on(&Context::open(adapter, profiling)?, config, first)
+    }
+
+    /// As [`Labeller::open`], on a device that is open already.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn on(context: &Context, config: &Config, first: &Scan) -> Result<Self> {
         config.validate()?;
         let capacity = roomy(first.points.len())?;
         let glass = Glass { grid: BeamGrid::of_scan(first)?, load: PaneSet::default() };
         let plan = plan(&glass, config, capacity)?;
-        let store = Store::new(&Context::open(adapter, profiling)?);
+        let store = Store::new(context);
         let executor = store.build(plan)?;
         let (load, track) = (None, PoseTrack::default());
         Ok(Self { config: config.clone(), glass, store, executor, capacity, load, origin_m: None, track })

@@ -70,20 +70,33 @@ pub fn velocity_plan(side: u32, candidates: u32, places: u32) -> Result<Plan> {
     plan(side, candidates, places, true)
 }
 
+fn check_size(side: u32, candidates: u32, places: u32) -> Result<()> {
+    let all = candidates.checked_mul(places).filter(|all| (1..=MAX_PLACES).contains(all));
+    if all.is_none() || side == 0 {
+        let reason = format!("{candidates} of {places} places; 1 to {MAX_PLACES} places are supported");
+        return Err(bad(reason));
+    }
+    Ok(())
+}
+
 impl Scorer {
     /// For maps of `side` cells and up to `candidates` trajectories of up to `places` places, half a cell apart.
     ///
     /// # Errors
     /// [`Error::Input`] where that is nothing or too much; [`Error::NoAdapter`], [`Error::Limit`], [`Error::Gpu`].
     pub fn open(adapter: Option<&str>, side: u32, candidates: u32, places: u32) -> Result<Self> {
-        let all = candidates.checked_mul(places).filter(|all| (1..=MAX_PLACES).contains(all));
-        if all.is_none() || side == 0 {
-            let reason = format!("{candidates} of {places} places; 1 to {MAX_PLACES} places are supported");
-            return Err(bad(reason));
-        }
+        check_size(side, candidates, places)?;
+        Self::on(&Context::open(adapter, false)?, side, candidates, places)
+    }
+
+    /// As [`Scorer::open`], on a device that is open already.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn on(context: &Context, side: u32, candidates: u32, places: u32) -> Result<Self> {
+        check_size(side, candidates, places)?;
         let (rolled, given) = (plan(side, candidates, places, true)?, plan(side, candidates, places, false)?);
-        let context = Context::open(adapter, false)?;
-        let (rolled, given) = (Executor::build(&context, rolled)?, Executor::build(&context, given)?);
+        let (rolled, given) = (Executor::build(context, rolled)?, Executor::build(context, given)?);
         Ok(Self { rolled, given, side, candidates, places })
     }
 
