@@ -40,6 +40,8 @@ struct Track {
     /// Evidence before this tick is stale.
     fresh_since: u32,
     ahead: u32,
+    /// The last stamp that was not believed, in the map's time.
+    ahead_ns: Option<u64>,
 }
 
 impl Track {
@@ -83,15 +85,23 @@ impl Clock {
         let now_ns = self.now_ns;
         let heard =
             |track: &Track| track.last_ns.is_some_and(|last_ns| now_ns - last_ns.min(now_ns) < JUMP_NS);
-        let others = self.tracks.iter().enumerate().any(|(at, track)| at != sensor && heard(track));
+        let at_ns = self.tracks.get(sensor)?.map_ns(stamp_ns);
+        let other = |is: &dyn Fn(&Track) -> bool| {
+            self.tracks.iter().enumerate().any(|(at, track)| at != sensor && is(track))
+        };
+        let others = other(&heard);
+        // Two sensors that say the same are believed: all of them paused.
+        let agreed =
+            other(&|track| track.ahead_ns.is_some_and(|other_ns| other_ns.abs_diff(at_ns) <= AHEAD_NS));
         let track = self.tracks.get_mut(sensor)?;
-        let ahead_ns = track.map_ns(stamp_ns).saturating_sub(now_ns);
-        if !others || ahead_ns <= AHEAD_NS {
-            track.ahead = 0;
+        let by_ns = at_ns.saturating_sub(now_ns);
+        if !others || by_ns <= AHEAD_NS || agreed {
+            (track.ahead, track.ahead_ns) = (0, None);
             return None;
         }
         track.ahead += 1;
-        (track.ahead <= AHEAD_BELIEVED).then_some(ahead_ns / 1_000_000_000)
+        track.ahead_ns = Some(at_ns);
+        (track.ahead <= AHEAD_BELIEVED).then_some(by_ns / 1_000_000_000)
     }
 
     /// Takes on a sensor's stamp.

@@ -98,3 +98,24 @@ fn the_control_a_moved_clock_makes_all_stale() {
     clock.advance(BEGAN + S);
     assert_eq!(clock.states(), [State::Stale, State::Stale]);
 }
+
+#[test]
+fn after_a_pause_of_all_sensors_the_second_one_back_is_believed() {
+    let mut clock = Clock::new(&[S / 2; 3]);
+    for sensor in 0..3 {
+        clock.observe(sensor, BEGAN);
+    }
+    let later = BEGAN + 60 * S;
+    assert_eq!(clock.ahead_s(0, later), Some(60));
+    assert_eq!(clock.ahead_s(1, later + 20 * MS), None, "it says what the first said");
+    clock.observe(1, later + 20 * MS);
+    assert_eq!(clock.ahead_s(0, later + 33 * MS), None);
+    // The control: another that is ahead by another time is alone.
+    let mut clock = Clock::new(&[S / 2; 3]);
+    for sensor in 0..3 {
+        clock.observe(sensor, BEGAN);
+    }
+    assert_eq!(clock.ahead_s(0, later), Some(60));
+    assert_eq!(clock.ahead_s(1, BEGAN + 30 * S), Some(30));
+    assert_eq!(clock.ahead_s(2, BEGAN + 20 * MS), None);
+}
