@@ -109,6 +109,11 @@ impl Stage for MoveWindow {
     }
 
     fn write(&self, moment: &Moment<'_>, input: &mut FrameInput<'_>) -> Result<()> {
-        input.set("move_window_params", &params(&moment.window, self.map.side))
+        let window = &moment.window;
+        if !self.frame && window.shift == [0, 0] && !window.forget {
+            // Nothing left the window, and there are no sums to clear.
+            input.limit("move_window", Invocations::area(1, 1))?;
+        }
+        input.set("move_window_params", &params(window, self.map.side))
     }
 }
