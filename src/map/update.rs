@@ -60,8 +60,8 @@ pub struct FrameLayers {
 /// Grids beside the plan map, row 0 = smallest y: name and one value a cell.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ScanLayers {
-    /// `intensity_<layer>`, `true_positive`, `false_positive`, `false_negative`, `inflated`, `plan`: values in the unit of
-    /// `layer_measure`; 0 where there is nothing.
+    /// `intensity_<layer>`, `true_positive`, `false_positive`, `false_negative`, and `inflated` and `plan` where a lidar
+    /// alone is inflated away from the goal: values in the unit of `layer_measure`; 0 where there is nothing.
     pub grids: Vec<(String, Vec<f32>)>,
 }
 

@@ -5,6 +5,7 @@ use bytemuck::pod_read_unaligned;
 use super::build::Kind;
 use super::channel::{Built, Pending};
 use crate::base::Result;
+use crate::config::InflationLaw;
 use crate::gpu::{Executor, Readback};
 use crate::map::glass::LabelledScan;
 use crate::map::{
@@ -152,13 +153,17 @@ impl Reader<'_> {
         let mut grids: Vec<_> = named.zip(values.map(floats)).collect();
         let cells: Vec<[f32; 4]> =
             self.bytes("cell_values")?.chunks_exact(16).map(pod_read_unaligned).collect();
+        // Inflated by another law, or with the published map, there is nothing of it here.
+        let inflates = !job.map.apart && job.map.law() == InflationLaw::Goal;
         let names = ["true_positive", "false_positive", "false_negative", "inflated"];
-        for (at, name) in names.into_iter().enumerate() {
+        for (at, name) in names.into_iter().enumerate().filter(|&(at, _)| inflates || at < 3) {
             grids.push((name.into(), cells.iter().map(|values| values[at]).collect()));
         }
         // Eq. 11: I_plan = I_inflate u I_FP.
-        let plan = cells.iter().map(|[_, passable, _, inflated]| passable.max(*inflated));
-        grids.push(("plan".into(), plan.collect()));
+        if inflates {
+            let plan = cells.iter().map(|[_, passable, _, inflated]| passable.max(*inflated));
+            grids.push(("plan".into(), plan.collect()));
+        }
         Ok(ScanLayers { grids })
     }
 }
