@@ -338,7 +338,7 @@ fn a_camera_and_a_lidar_lose_nothing_to_each_other() {
     for name in ["map.pgm", "map.yaml", "png/map-000002-map.png", "png/camera-000008-reliability.png"] {
         assert!(folders[0].path().join(name).is_file(), "{name}");
     }
-    for name in ["map/000002/reason.exr", "camera/000008/occupancy.exr", "lidar/000001/plan.exr"] {
+    for name in ["map/000002/reason.exr", "camera/000008/occupancy.exr", "lidar/000001/true_positive.exr"] {
         assert!(folders[0].path().join("dump").join(name).is_file(), "{name}");
     }
     assert!(!folders[0].path().join("map-plan.pgm").exists());
