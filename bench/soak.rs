@@ -74,7 +74,7 @@ fn main() -> Result<()> {
     let drm = std::env::args().any(|argument| argument == "drm");
     let config = Config { method: if drm { Method::Drm } else { Method::Range }, ..Config::default() };
     let source = open_source(input, &config)?;
-    let options = Options { images: true, layers: true, ..Options::default() };
+    let options = Options { images: true, layers: true, verdicts: true, ..Options::default() };
     let mut mapper = Mapper::open(&config, source.sensors(), &options)?;
     println!("{}", mapper.context().describe());
     println!("| frames | resident KiB | GPU buffers | GPU bytes | GPU allocations | bind groups |");

@@ -33,10 +33,15 @@ fn goal_costs(@builtin(global_invocation_id) id: vec3<u32>) {
     if id.x >= quads || id.y >= side {
         return;
     }
-    var costs = 0u;
-    for (var i = 0u; i < 4u; i++) {
-        let cell = id.y * side + min(4u * id.x + i, side - 1u);
-        costs |= joined(verdicts[cell], inflation[cell]) << (8u * i);
-    }
-    costmap[id.y * quads + id.x] = costs;
+    let cells = vec4(id.y * side) + min(vec4(4u * id.x) + vec4(0u, 1u, 2u, 3u), vec4(side - 1u));
+    let verdict = vec4(verdicts[cells.x], verdicts[cells.y], verdicts[cells.z], verdicts[cells.w]);
+    let cost = vec4(
+        joined(verdict.x, inflation[cells.x]),
+        joined(verdict.y, inflation[cells.y]),
+        joined(verdict.z, inflation[cells.z]),
+        joined(verdict.w, inflation[cells.w]),
+    );
+    let at = id.y * quads + id.x;
+    costmap[at] = cost.x | (cost.y << 8u) | (cost.z << 16u) | (cost.w << 24u);
+    keep_classes(at, verdict, cost);
 }

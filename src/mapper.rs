@@ -40,9 +40,10 @@ pub struct Options {
     pub profiling: bool,
     /// Whether depth, reliability and colour images are read back.
     pub images: bool,
-    /// Whether the grids beside the map are read back. With these or with images, the map of a camera alone has its verdicts
-    /// too; that of a lidar, or of several sensors, always has them.
+    /// Whether the grids beside the map are read back.
     pub layers: bool,
+    /// Whether the map of one sensor comes with its verdicts; that of several always does.
+    pub verdicts: bool,
 }
 
 /// What became of an observation that was given to the mapper.
@@ -135,7 +136,7 @@ impl Mapper {
     /// # Errors
     /// As there.
     pub fn on(context: &Context, config: &Config, sensors: &[SensorInfo], options: &Options) -> Result<Self> {
-        let map = Arc::new(map_job(config, sensors)?);
+        let map = Arc::new(map_job(config, sensors, options)?);
         let store = Store::new(context);
         let builder = Builder { context, options, map: &map, sensors };
         let mut channels = Vec::new();

@@ -37,6 +37,7 @@ const PIPELINE: &[ShaderSource] = &[
     inflate::PACK,
     inflate::ROWS,
     inflate::COLUMNS,
+    inflate::COLUMNS_AND_CLASSES,
     ingest::INGEST,
     intensity_classes::INTENSITY_CLASSES,
     intensity_classes::INTENSITY_CLASSES_AND_BEAMS,
@@ -148,9 +149,10 @@ fn one_map_plans() -> Vec<Plan> {
             let config = Config { inflation_law, ..small_map() };
             let side = config.cells_per_side().unwrap();
             let (cameras, glass_lidars) = (2 * u32::from(layers.cameras), u32::from(layers.panes));
-            let map =
-                Arc::new(MapJob { config, side, layers, sensors: 3, cameras, glass_lidars, apart: true });
-            plans.push(mapper::map_plan(&mapper::map_stages(&map)).unwrap());
+            let (sensors, apart, verdicts) = (3, true, true);
+            let map = MapJob { config, side, layers, sensors, cameras, glass_lidars, apart, verdicts };
+            let map = Arc::new(map);
+            plans.push(mapper::map_plan(&map, &mapper::map_stages(&map)).unwrap());
             let scope = || "top".to_owned();
             if layers.cameras {
                 plans.push(camera_plan(&CameraJob {

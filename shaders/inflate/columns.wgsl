@@ -28,14 +28,13 @@ fn squared_distances(quad: u32, y: u32) -> vec4<u32> {
     return best;
 }
 
-fn cost_of(squared: u32, x: u32, y: u32) -> u32 {
+fn cost_of(squared: u32, verdict: u32) -> u32 {
     let radius = inflate_columns_params.radius;
     var cost = 0u;
     if squared <= radius * radius {
         cost = cost_by_squared_distance[squared];
     }
-    let cell = y * inflate_columns_params.side + min(x, inflate_columns_params.side - 1u);
-    let base = verdict_cost(verdicts[cell]);
+    let base = verdict_cost(verdict);
     if base == COST_UNKNOWN {
         return select(COST_UNKNOWN, cost, cost >= COST_INSCRIBED);
     }
@@ -51,9 +50,15 @@ fn columns(@builtin(global_invocation_id) id: vec3<u32>) {
     let quad = id.x % quads;
     let y = id.x / quads;
     let squared = squared_distances(quad, y);
-    let x = 4u * quad;
-    costmap[id.x] = cost_of(squared.x, x, y)
-        | (cost_of(squared.y, x + 1u, y) << 8u)
-        | (cost_of(squared.z, x + 2u, y) << 16u)
-        | (cost_of(squared.w, x + 3u, y) << 24u);
+    let side = inflate_columns_params.side;
+    let cells = vec4(y * side) + min(vec4(4u * quad) + vec4(0u, 1u, 2u, 3u), vec4(side - 1u));
+    let verdict = vec4(verdicts[cells.x], verdicts[cells.y], verdicts[cells.z], verdicts[cells.w]);
+    let cost = vec4(
+        cost_of(squared.x, verdict.x),
+        cost_of(squared.y, verdict.y),
+        cost_of(squared.z, verdict.z),
+        cost_of(squared.w, verdict.w),
+    );
+    costmap[id.x] = cost.x | (cost.y << 8u) | (cost.z << 16u) | (cost.w << 24u);
+    keep_classes(id.x, verdict, cost);
 }

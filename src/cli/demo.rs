@@ -39,8 +39,8 @@ pub(crate) fn execute(arguments: &DemoArguments) -> Result<()> {
         ["room.mcap", "costmap.mcap", "pictures", "timing.md", "map"].map(|name| dir.join(name));
     std::fs::write(&input, ROOM).map_err(Error::file(&input))?;
     let config = Config::default();
-    let options =
-        Options { adapter: arguments.adapter.clone(), images: true, layers: true, ..Options::default() };
+    let adapter = arguments.adapter.clone();
+    let options = Options { adapter, images: true, verdicts: true, ..Options::default() };
     let outputs = Outputs { mcap: Some(&mcap), png: Some(&png), dump: None };
     let mut room = open_source(&input, &config)?;
     let report = run_with_progress(room.as_mut(), 0..u64::MAX, &config, &options, &outputs)?;
@@ -51,7 +51,7 @@ pub(crate) fn execute(arguments: &DemoArguments) -> Result<()> {
     let mut room = open_source(&input, &config)?;
     let sensors = room.sensors().to_vec();
     let frames = observations(room.as_mut(), SAMPLES)?;
-    let options = Options { images: false, layers: false, ..options };
+    let options = Options { images: false, verdicts: false, ..options };
     let table = bench(&config, &sensors, &options, &frames, SAMPLES)?.table();
     save(&timing, &table)?;
     println!("\n{table}");

@@ -67,12 +67,14 @@ pub(crate) fn execute(arguments: &RunArguments) -> Result<()> {
         png: arguments.png.as_deref(),
         dump: arguments.dump.as_deref(),
     };
+    let written = outputs.mcap.is_some() || outputs.png.is_some() || outputs.dump.is_some();
     let options = Options {
         adapter: arguments.common.adapter.clone(),
         profiling: arguments.timing,
-        images: outputs.mcap.is_some() || outputs.png.is_some() || outputs.dump.is_some(),
-        // The saved map asks the layers which inscribed cells are free.
-        layers: outputs.dump.is_some() || arguments.map.is_some(),
+        images: written,
+        layers: outputs.dump.is_some(),
+        // The saved map asks them which inscribed cells are free.
+        verdicts: written || arguments.map.is_some(),
     };
     let range = arguments.frames.clone().unwrap_or(0..u64::MAX);
     let report = run_with_progress(source.as_mut(), range, &config, &options, &outputs)?;

@@ -41,7 +41,7 @@ pub(crate) fn execute(arguments: &WhyArguments) -> Result<()> {
     config.change_all(|parameters| parameters.glass |= arguments.glass);
     let mut source = open_source(&arguments.input, &config)?;
     let adapter = arguments.common.adapter.clone();
-    let options = Options { adapter, layers: true, ..Options::default() };
+    let options = Options { adapter, layers: true, verdicts: true, ..Options::default() };
     let (mapper, last) = run_to(source.as_mut(), arguments.frame, &config, &options)?;
     if let Some(wanted) = arguments.frame.filter(|&wanted| wanted != last.index) {
         let reason = format!("there is no map {wanted}; the nearest is {}", last.index);

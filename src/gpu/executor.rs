@@ -130,11 +130,6 @@ impl Executor {
         self.plan.find_in(scope, name).ok_or_else(missing)
     }
 
-    /// Whether the plan reads that buffer back.
-    pub fn reads_back(&self, id: BufferId) -> bool {
-        self.plan.buffers().get(id.0).is_some_and(|buffer| buffer.read_back)
-    }
-
     /// Runs the plan on zeros, and gives what is resident back what it held.
     fn warm_up(&mut self) -> Result<()> {
         let kept: Vec<_> = self.residents().cloned().collect();

@@ -61,7 +61,7 @@ impl Kind {
 
 /// What the map of these sensors is built for: those that are missing take no part. Lidars alone have a map of
 /// `scan_resolution_m` and `scan_map_size_m`; where there is a camera, the map's own hold for lidars too.
-pub(super) fn map_job(config: &Config, sensors: &[SensorInfo]) -> Result<MapJob> {
+pub(super) fn map_job(config: &Config, sensors: &[SensorInfo], options: &Options) -> Result<MapJob> {
     config.validate()?;
     let count = |of: fn(&SensorInfo) -> bool| sensors.iter().filter(|sensor| of(sensor)).count();
     let number = |count: usize| u32::try_from(count).unwrap_or(u32::MAX);
@@ -80,6 +80,7 @@ pub(super) fn map_job(config: &Config, sensors: &[SensorInfo]) -> Result<MapJob>
         cameras,
         glass_lidars,
         apart: sensors.len() > 1,
+        verdicts: sensors.len() > 1 || options.verdicts,
     })
 }
 
@@ -124,7 +125,7 @@ impl Builder<'_> {
     /// The program of the map of several sensors.
     pub(super) fn map(&self) -> Result<Program> {
         let stages = map_stages(self.map);
-        let plan = map_plan(&stages)?;
+        let plan = map_plan(self.map, &stages)?;
         Ok(Program { kind: Kind::Map(Arc::clone(self.map)), stages, plan })
     }
 

@@ -9,8 +9,8 @@ use crate::config::InflationLaw;
 use crate::gpu::{Executor, Readback};
 use crate::map::glass::LabelledScan;
 use crate::map::{
-    CameraUpdate, CellClass, Counters, FrameImages, FrameLayers, LidarUpdate, MapUpdate, ScanLayers, Seen,
-    State, Update, Verdict,
+    CameraUpdate, Counters, FrameImages, FrameLayers, LidarUpdate, MapUpdate, ScanLayers, Seen, State,
+    Update, Verdict,
 };
 use crate::stage::{CameraJob, LidarJob, MapJob};
 
@@ -85,15 +85,15 @@ impl Reader<'_> {
 
     fn map(&self, job: &MapJob, pending: &Pending) -> Result<MapUpdate> {
         let costmap = self.quads("costmap", job.side)?;
-        // A camera alone gives them on request.
-        let verdicts = match self.executor.reads_back(self.executor.find("verdicts")?) {
-            true => self.words("verdicts")?.into_iter().map(Verdict).collect(),
+        let verdicts = match job.verdicts {
+            true => self
+                .bytes("verdicts")?
+                .chunks_exact(4)
+                .map(|word| Verdict(pod_read_unaligned(word)))
+                .collect(),
             false => Vec::new(),
         };
-        let classes = match job.layers.lidars {
-            true => verdicts.iter().zip(&costmap).map(|(&v, &cost)| CellClass::of(v, cost) as u8).collect(),
-            false => Vec::new(),
-        };
+        let classes = if job.layers.lidars { self.quads("cell_classes", job.side)? } else { Vec::new() };
         Ok(MapUpdate {
             grid: pending.grid,
             costmap,

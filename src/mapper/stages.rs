@@ -96,15 +96,18 @@ pub fn camera_plan(job: &CameraJob, stages: &[Box<dyn Stage>]) -> Result<Plan> {
     for name in images.filter(|_| job.images).chain(layers.into_iter().filter(|_| job.layers)) {
         plan.read_back(name)?;
     }
-    read_back_map(&mut plan, &job.map, job.images || job.layers)?;
+    if !job.map.apart {
+        read_back_map(&mut plan, &job.map)?;
+    }
     plan.check()?;
     Ok(plan)
 }
 
-/// Reads the map of one sensor back, with its verdicts where they are wanted.
-fn read_back_map(plan: &mut Plan, map: &MapJob, verdicts: bool) -> Result<()> {
-    let names = ["costmap"].into_iter().chain(verdicts.then_some("verdicts"));
-    for name in names.filter(|_| !map.apart) {
+/// Reads the map back: costs, classes where a lidar takes part, and verdicts where they are wanted.
+fn read_back_map(plan: &mut Plan, map: &MapJob) -> Result<()> {
+    let classes = map.layers.lidars.then_some("cell_classes");
+    let verdicts = map.verdicts.then_some("verdicts");
+    for name in ["costmap"].into_iter().chain(classes).chain(verdicts) {
         plan.read_back(name)?;
     }
     Ok(())
@@ -114,14 +117,12 @@ fn read_back_map(plan: &mut Plan, map: &MapJob, verdicts: bool) -> Result<()> {
 ///
 /// # Errors
 /// As [`camera_plan`].
-pub fn map_plan(stages: &[Box<dyn Stage>]) -> Result<Plan> {
+pub fn map_plan(map: &MapJob, stages: &[Box<dyn Stage>]) -> Result<Plan> {
     let mut plan = Plan::default();
     for stage in stages {
         stage.append(&mut plan)?;
     }
-    for name in ["costmap", "verdicts"] {
-        plan.read_back(name)?;
-    }
+    read_back_map(&mut plan, map)?;
     plan.check()?;
     Ok(plan)
 }
@@ -141,8 +142,9 @@ pub fn lidar_plan(job: &LidarJob, stages: &[Box<dyn Stage>]) -> Result<Plan> {
     for name in products.into_iter().filter(|_| job.layers) {
         plan.read_back(name)?;
     }
-    // Classes come from verdicts.
-    read_back_map(&mut plan, &job.map, true)?;
+    if !job.map.apart {
+        read_back_map(&mut plan, &job.map)?;
+    }
     for name in ["classes", "panes", "glass_counters"].into_iter().filter(|_| job.glass.is_some()) {
         plan.read_back(name)?;
     }

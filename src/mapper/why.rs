@@ -10,7 +10,7 @@ use crate::map::{Update, Why};
 impl Mapper {
     /// Why the cell at (`x_m`, `y_m`) of the map is what it is in `update`, which must be the newest result, with nothing under
     /// way: the layers are asked as they are now. `None` outside of the map, and where `update` has no map. The verdict is empty where it
-    /// was not asked for (see [`Options`](crate::mapper::Options)).
+    /// was not asked for (see [`Options::verdicts`](crate::mapper::Options::verdicts)).
     ///
     /// # Errors
     /// [`crate::Error::Gpu`], [`crate::Error::DeviceLost`].

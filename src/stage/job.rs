@@ -26,13 +26,24 @@ pub struct MapJob {
     pub glass_lidars: u32,
     /// Whether it is published apart from observations: it has several sensors.
     pub apart: bool,
+    /// Whether what the rule says of each cell is read back.
+    pub verdicts: bool,
 }
 
 impl MapJob {
     /// Of a camera alone.
     pub fn of_camera(config: &Config, side: u32) -> Self {
         let layers = Layers { cameras: true, ..Layers::default() };
-        Self { config: config.clone(), side, layers, sensors: 1, cameras: 1, glass_lidars: 0, apart: false }
+        Self {
+            config: config.clone(),
+            side,
+            layers,
+            sensors: 1,
+            cameras: 1,
+            glass_lidars: 0,
+            apart: false,
+            verdicts: false,
+        }
     }
 
     /// Of a lidar alone; `glass`: it searches for glass.
@@ -46,6 +57,7 @@ impl MapJob {
             cameras: 0,
             glass_lidars: glass.into(),
             apart: false,
+            verdicts: false,
         }
     }
 

@@ -30,7 +30,7 @@ pub(super) fn fnv1a(parts: &[&[u8]]) -> u64 {
 /// What a camera's first `frames` depth images give with a configuration in YAML.
 pub(super) fn camera_case(path: &Path, yaml: &str, frames: u64) -> Vec<Product> {
     let config = Config::from_yaml(yaml).unwrap();
-    let options = Options { images: true, layers: true, ..Options::default() };
+    let options = Options { images: true, layers: true, verdicts: true, ..Options::default() };
     let config = config.only(SensorKind::Camera).unwrap();
     let mut source = open_source(path, &config).unwrap();
     let mut products = Vec::new();
@@ -61,7 +61,7 @@ pub(super) fn camera_case(path: &Path, yaml: &str, frames: u64) -> Vec<Product> 
 /// What a lidar's first `scans` scans give with a configuration in YAML.
 pub(super) fn lidar_case(path: &Path, yaml: &str, scans: u64) -> Vec<Product> {
     let config = Config::from_yaml(yaml).unwrap();
-    let options = Options { layers: true, ..Options::default() };
+    let options = Options { layers: true, verdicts: true, ..Options::default() };
     let config = config.only(SensorKind::Lidar).unwrap();
     let mut source = open_source(path, &config).unwrap();
     let mut products = Vec::new();

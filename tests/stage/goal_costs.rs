@@ -1,28 +1,83 @@
 //! Costs from verdicts and what was spread around obstacles.
 
 use limpid::gpu::Invocations;
-use limpid::map::Verdict;
+use limpid::map::{CellClass, Verdict};
 use limpid::stage::map::goal_costs::{GOAL_COSTS, params};
 
 use crate::reference::goal_costs::cost;
 use crate::reference::plan_map::plan;
 use crate::support::compare::{EXACT, assert_close};
-use crate::support::gpu::{Fragment, skipped};
+use crate::support::gpu::{Fragment, cells_of_quads, skipped};
 use crate::support::random::Random;
 
 const INSCRIBED: u32 = 1 << 31;
 
 fn run(side: u32, bases: &[u8], spread: &[u32]) -> Vec<u8> {
     let verdicts: Vec<u32> = bases.iter().map(|&base| Verdict::pack(base, 5, Some(1), 900).0).collect();
+    let [costs, _] = costs_and_classes(side, &verdicts, spread);
+    costs
+}
+
+fn costs_and_classes(side: u32, verdicts: &[u32], spread: &[u32]) -> [Vec<u8>; 2] {
     let quads = side.div_ceil(4);
     let out = Fragment::new()
         .params("goal_costs_params", &params(side))
-        .input("verdicts", &verdicts)
+        .input("verdicts", verdicts)
         .input("inflation", spread)
         .output("costmap", (quads * side) as usize)
+        .output("cell_classes", (quads * side) as usize)
         .run(GOAL_COSTS, Invocations::area(quads, side));
-    let bytes: Vec<u8> = out.words("costmap").iter().flat_map(|word| word.to_le_bytes()).collect();
-    bytes.chunks_exact(4 * quads as usize).flat_map(|row| row[..side as usize].to_vec()).collect()
+    ["costmap", "cell_classes"].map(|grid| cells_of_quads(out.words(grid), side))
+}
+
+#[test]
+fn classes_follow_row_and_cost() {
+    if skipped() {
+        return;
+    }
+    let verdict = |base, row| Verdict::pack(base, row, Some(0), 7).0;
+    let verdicts = [
+        verdict(254, 1),
+        verdict(254, 2),
+        verdict(254, 3),
+        verdict(254, 4),
+        verdict(50, 4),
+        verdict(0, 5),
+        verdict(50, 7),
+        verdict(255, 10),
+        verdict(255, 11),
+    ];
+    use CellClass::{Free, Inflated, Passable, Solid, Transparent, Unknown};
+    let [_, alone] = costs_and_classes(3, &verdicts, &[0; 9]);
+    let want = [Transparent, Solid, Transparent, Solid, Passable, Free, Passable, Unknown, Unknown];
+    assert_eq!(alone, want.map(|class| class as u8));
+    let [_, near] = costs_and_classes(3, &verdicts, &[2040; 9]);
+    let want = [Transparent, Solid, Transparent, Solid, Inflated, Inflated, Inflated, Unknown, Unknown];
+    assert_eq!(near, want.map(|class| class as u8));
+    let [_, inscribed] = costs_and_classes(3, &verdicts, &[2040 | INSCRIBED; 9]);
+    assert_eq!(inscribed[4..], [Inflated as u8; 5]);
+}
+
+#[test]
+fn classes_are_those_of_the_map_for_every_row() {
+    if skipped() {
+        return;
+    }
+    let mut random = Random(72);
+    let side = 33;
+    let verdicts: Vec<Verdict> = (0..side * side)
+        .map(|_| {
+            let base = [0, 50, 254, 255][random.below(4) as usize];
+            Verdict::pack(base, random.below(12), Some(random.below(16) as usize), random.below(900))
+        })
+        .collect();
+    let spread: Vec<u32> =
+        (0..side * side).map(|_| [0, 900, 4080, 4080 | INSCRIBED][random.below(4) as usize]).collect();
+    let words: Vec<u32> = verdicts.iter().map(|verdict| verdict.0).collect();
+    let [costs, classes] = costs_and_classes(side, &words, &spread);
+    let want: Vec<u32> =
+        verdicts.iter().zip(&costs).map(|(&verdict, &cost)| CellClass::of(verdict, cost) as u32).collect();
+    assert_close("classes", &classes, &want, EXACT);
 }
 
 #[test]

@@ -2,12 +2,12 @@
 
 use limpid::Config;
 use limpid::gpu::Invocations;
-use limpid::map::Verdict;
+use limpid::map::{CellClass, Verdict};
 use limpid::stage::map::inflate::*;
 
 use crate::reference;
 use crate::support::compare::{EXACT, assert_close, compare};
-use crate::support::gpu::{Fragment, skipped};
+use crate::support::gpu::{Fragment, cells_of_quads, skipped};
 use crate::support::random::Random;
 
 const GOLDEN: &[u8] = include_bytes!("../../testdata/reference/inflation.bin");
@@ -112,8 +112,20 @@ fn inflate_verdicts(config: &Config, side: usize, verdicts: &[u32]) -> Vec<u8> {
         .input("cost_by_squared_distance", &cost_table(config))
         .output("costmap", (side * quads) as usize)
         .run(COLUMNS, Invocations::line(side * quads));
-    let bytes: Vec<u8> = costs.words("costmap").iter().flat_map(|w| w.to_le_bytes()).collect();
-    bytes.chunks_exact(4 * quads as usize).flat_map(|row| row[..side as usize].to_vec()).collect()
+    let cells = cells_of_quads(costs.words("costmap"), side);
+    let both = Fragment::new()
+        .params("inflate_columns_params", &InflateColumnsParams { side, radius, quads, pad: 0 })
+        .input("verdicts", verdicts)
+        .input("row_distance", rows.words("row_distance"))
+        .input("cost_by_squared_distance", &cost_table(config))
+        .output("costmap", (side * quads) as usize)
+        .output("cell_classes", (side * quads) as usize)
+        .run(COLUMNS_AND_CLASSES, Invocations::line(side * quads));
+    assert_eq!(cells_of_quads(both.words("costmap"), side), cells, "classes change no cost");
+    let of = |(&verdict, &cost): (&u32, &u8)| CellClass::of(Verdict(verdict), cost) as u8;
+    let classes: Vec<u8> = verdicts.iter().zip(&cells).map(of).collect();
+    assert_eq!(cells_of_quads(both.words("cell_classes"), side), classes);
+    cells
 }
 
 fn twin(config: &Config, side: usize, state: &[u32]) -> Vec<u8> {

@@ -60,6 +60,12 @@ pub(crate) fn skipped() -> bool {
     skip
 }
 
+/// A grid of bytes, four to a word, without the padding of its rows.
+pub(crate) fn cells_of_quads(words: &[u32], side: u32) -> Vec<u8> {
+    let bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
+    bytes.chunks_exact(4 * side.div_ceil(4) as usize).flat_map(|row| row[..side as usize].to_vec()).collect()
+}
+
 /// The device that all stage tests share: what wgpu refuses is the error of the call that caused it.
 pub(crate) fn context() -> Context {
     static CONTEXT: OnceLock<Context> = OnceLock::new();

@@ -79,6 +79,7 @@ impl Pipeline {
             profiling: options.profiling,
             images: options.images,
             layers: options.layers,
+            verdicts: options.layers,
         };
         let mapper = Mapper::open(config, &[SensorInfo::camera(config, info)], &asked)?;
         Ok(Self { mapper })

@@ -12,6 +12,7 @@ pub const GOAL_COSTS: ShaderSource = ShaderSource {
     parts: &[
         include_str!("../../../shaders/lib/scan.wgsl"),
         include_str!("../../../shaders/lib/verdict.wgsl"),
+        include_str!("../../../shaders/lib/classes/kept.wgsl"),
         include_str!("../../../shaders/goal_costs.wgsl"),
     ],
 };
@@ -31,14 +32,16 @@ pub fn params(side: u32) -> GoalCostsParams {
     GoalCostsParams { side, quads: side.div_ceil(4) }
 }
 
-/// Declares `costmap`, four cells a word, and appends the pass over `verdicts` and `inflation`.
+/// Declares `costmap` and `cell_classes`, four cells a word, and appends the pass over `verdicts` and `inflation`.
 ///
 /// # Errors
 /// From the plan.
 pub fn declare(plan: &mut Plan, side: u32) -> Result<()> {
     let quads = side.div_ceil(4);
     plan.uniform::<GoalCostsParams>("goal_costs_params")?;
-    plan.product("costmap", u64::from(side * quads) * 4)?;
+    for grid in ["costmap", "cell_classes"] {
+        plan.product(grid, u64::from(side * quads) * 4)?;
+    }
     plan.step(GOAL_COSTS, Invocations::area(quads, side), &[])
 }
 

@@ -27,6 +27,18 @@ pub const COLUMNS: ShaderSource = ShaderSource {
     name: "inflate/columns",
     parts: &[
         include_str!("../../../shaders/lib/verdict.wgsl"),
+        include_str!("../../../shaders/lib/classes/none.wgsl"),
+        include_str!("../../../shaders/inflate/columns.wgsl"),
+    ],
+};
+
+/// The same, and the classes of the cells.
+pub const COLUMNS_AND_CLASSES: ShaderSource = ShaderSource {
+    name: "inflate/columns",
+    parts: &[
+        include_str!("../../../shaders/lib/scan.wgsl"),
+        include_str!("../../../shaders/lib/verdict.wgsl"),
+        include_str!("../../../shaders/lib/classes/kept.wgsl"),
         include_str!("../../../shaders/inflate/columns.wgsl"),
     ],
 };
@@ -114,11 +126,12 @@ pub fn params(side: u32, config: &Config) -> Params {
     )
 }
 
-/// Declares the buffers of the inflation of `verdicts` and appends its passes; `costmap` holds the costs, four cells a word.
+/// Declares the buffers of the inflation of `verdicts` and appends its passes; `costmap` holds the costs, four cells a word,
+/// and where `classes` are wanted `cell_classes` holds them likewise.
 ///
 /// # Errors
 /// From the plan.
-pub fn declare(plan: &mut Plan, side: u32, config: &Config) -> Result<()> {
+pub fn declare(plan: &mut Plan, side: u32, config: &Config, classes: bool) -> Result<()> {
     let (words, quads) = (side.div_ceil(32), side.div_ceil(4));
     plan.uniform::<InflatePackParams>("inflate_pack_params")?;
     plan.uniform::<InflateRowsParams>("inflate_rows_params")?;
@@ -129,7 +142,11 @@ pub fn declare(plan: &mut Plan, side: u32, config: &Config) -> Result<()> {
     plan.product("costmap", u64::from(side * quads) * 4)?;
     plan.step(PACK, Invocations::line(side * words), &[])?;
     plan.step(ROWS, Invocations::line(side * quads), &[])?;
-    plan.step(COLUMNS, Invocations::line(side * quads), &[])
+    if classes {
+        plan.product("cell_classes", u64::from(side * quads) * 4)?;
+    }
+    let columns = if classes { COLUMNS_AND_CLASSES } else { COLUMNS };
+    plan.step(columns, Invocations::line(side * quads), &[])
 }
 
 /// The stage.
@@ -141,7 +158,7 @@ pub struct Inflate {
 
 impl Stage for Inflate {
     fn append(&self, plan: &mut Plan) -> Result<()> {
-        declare(plan, self.map.side, &self.map.config)
+        declare(plan, self.map.side, &self.map.config, self.map.layers.lidars)
     }
 
     fn write(&self, _moment: &Moment<'_>, input: &mut FrameInput<'_>) -> Result<()> {
