@@ -20,7 +20,7 @@ struct IntensityClassesParams {
     shift_x: i32,                   // cells moved since the scan before
     shift_y: i32,
     forget: u32,                    // 1: nothing is remembered
-    pad: u32,
+    standing: u32,                  // 1: a layer with any intensity counts fully, as only what stands has some
 }
 
 struct SolidCellsParams {
@@ -77,6 +77,9 @@ fn expected_beams(range: f32, layer: u32) -> f32 {
 
 // Value of a layer in a cell at that range of the lidar.
 fn value_of(sums: vec2<u32>, layer: u32, range: f32) -> f32 {
+    if intensity_classes_params.standing == 1u {
+        return select(0.0, intensity_classes_params.solid_value, sums.x > 0u);
+    }
     let sum = f32(sums.x) / INTENSITY_STEPS;
     if measure == 0u {
         return sum / (intensity_classes_params.resolution_m * intensity_classes_params.resolution_m);

@@ -19,9 +19,9 @@ struct IntensityLayersParams {
     below_m: f32,                       // height of the lower plane, for slabs
     half_thickness_m: f32,
     clear_steps: u32,                   // intensity from which a return clears transparent cells before it
-    pad0: u32,
-    pad1: u32,
-    pad2: u32,
+    standing: u32,                      // 1: a return that stands counts as full scale, whatever its intensity
+    floor_m: f32,                       // height up to which a return does not stand
+    pad: u32,
 }
 
 // Whether points are placed by the pose at their own times.
@@ -136,6 +136,13 @@ fn all_finite(first: vec4<u32>, time_s: f32) -> bool {
         && is_finite(bitcast<f32>(first.w)) && is_finite(time_s);
 }
 
+// Intensity in steps; where intensities say nothing, full scale of what stands and 0 of the floor.
+fn intensity_of(measured: f32, z: f32) -> u32 {
+    let share = clamp(measured * intensity_layers_params.per_unit, 0.0, 1.0);
+    let stands = select(0.0, 1.0, z > intensity_layers_params.floor_m);
+    return u32(select(share, stands, intensity_layers_params.standing == 1u) * INTENSITY_STEPS + 0.5);
+}
+
 @compute @workgroup_size(64)
 fn intensity_layers(@builtin(global_invocation_id) id: vec3<u32>) {
     if id.x >= intensity_layers_params.points {
@@ -148,8 +155,7 @@ fn intensity_layers(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let at = in_window(first, time_s);
-    let share = clamp(bitcast<f32>(first.w) * intensity_layers_params.per_unit, 0.0, 1.0);
-    let intensity = u32(share * INTENSITY_STEPS + 0.5);
+    let intensity = intensity_of(bitcast<f32>(first.w), at.z);
     add_to_layers(at, second.y & 0xffffu, intensity);
     let seen = at.xy - intensity_layers_params.lidar;
     let sector = 2u * sector_of(seen.x, seen.y);

@@ -214,6 +214,7 @@ impl Mapper {
             tick: arrival.tick,
             now: self.clock.now(),
             fresh_since: &fresh_since,
+            standing: channel.stands(observation, pose),
             towards_goal: towards_goal(&channel.config, observation.goal_m, pose, resolution_m),
         };
         channel.start(&moment, observation, states)?;
@@ -269,6 +270,7 @@ impl Mapper {
             tick: self.clock.now(),
             now: self.clock.now(),
             fresh_since: &fresh_since,
+            standing: false,
             towards_goal: towards_goal(config, newest.goal_m, newest.pose, config.resolution_m),
         };
         let of =
@@ -373,7 +375,7 @@ impl Mapper {
         self.channels.get(sensor)?.executor()
     }
 
-    /// What was decided when the passes were built, in words, for each sensor.
+    /// What was decided when the passes were built and since, in words, for each sensor.
     pub fn notes(&self) -> Vec<String> {
         let scope =
             |channel: &Channel| if self.map.apart { format!("{}: ", channel.name) } else { String::new() };

@@ -10,7 +10,7 @@ use crate::input::{Source, SourceReport};
 use crate::map::Update;
 use crate::mapper::{Mapper, Options, SensorInfo, Submitted};
 use crate::output::Sink;
-use crate::sensor::{Observation, SensorModel};
+use crate::sensor::{Observation, SensorKind, SensorModel};
 
 /// What a run did with one sensor.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -45,7 +45,7 @@ pub struct RunReport {
     pub sensors: Vec<SensorRun>,
     /// Adapter and why it was chosen.
     pub adapter: String,
-    /// What was decided when the passes were built, in words.
+    /// What was decided when the passes were built and in the run, in words.
     pub notes: Vec<String>,
     /// Building the passes, compilation included.
     pub build: Duration,
@@ -126,7 +126,9 @@ pub fn run(
     run.report.read = run.source.report();
     outcome.and(finished)?;
     if run.report.taken() == 0 {
-        return Err(Error::Empty { reason: nothing_used(&run.report) });
+        let models = run.source.sensors().iter().map(|sensor| sensor.model.kind());
+        let reason = nothing_used(&run.report, &models.collect::<Vec<_>>());
+        return Err(Error::Empty { reason });
     }
     Ok(run.report)
 }
@@ -237,8 +239,6 @@ impl Run<'_> {
         let mut mapper = Mapper::open(config, self.source.sensors(), options)?;
         self.report.build = start.elapsed();
         self.report.adapter = mapper.context().describe();
-        self.report.notes = self.source.sensors().iter().filter_map(method_note).collect();
-        self.report.notes.extend(mapper.notes());
         let start = Instant::now();
         let outcome = self.feed(&mut mapper, first, Rhythm::of(config));
         let mut drained = Ok(());
@@ -246,6 +246,8 @@ impl Run<'_> {
             drained = self.take(&mut mapper);
         }
         self.report.elapsed = start.elapsed();
+        self.report.notes = self.source.sensors().iter().filter_map(method_note).collect();
+        self.report.notes.extend(mapper.notes());
         outcome.and(drained)
     }
 
@@ -319,8 +321,8 @@ fn method_note(sensor: &SensorInfo) -> Option<String> {
     (sensor.config.method == Method::Auto).then(|| note.into())
 }
 
-/// Why nothing was used, from what was counted.
-fn nothing_used(report: &RunReport) -> String {
+/// Why nothing was used, from what was counted, in words of the sensors that there are.
+fn nothing_used(report: &RunReport, kinds: &[SensorKind]) -> String {
     if let Some(reason) = report.sensors.iter().find_map(|sensor| sensor.first_refused.as_ref()) {
         return reason.clone();
     }
@@ -328,9 +330,17 @@ fn nothing_used(report: &RunReport) -> String {
     let reasons: Vec<_> =
         skipped.map(|s| format!("{}: {} ({} times)", s.source, s.reason, s.count)).take(3).collect();
     let seen: u64 = report.read.sensors.iter().map(|sensor| sensor.seen).sum();
+    let alone = |kind| kinds.iter().all(|&other| other == kind);
+    let [what, no] = if alone(SensorKind::Lidar) {
+        ["scans", "no scan with points"]
+    } else if alone(SensorKind::Camera) {
+        ["depth images", "no depth image"]
+    } else {
+        ["depth images and scans", "no depth image and no scan with points"]
+    };
     match (seen, reasons.is_empty()) {
-        (0, true) => "it holds no depth image and no scan with points".into(),
-        (seen, true) => format!("none of its {seen} depth images and scans lies in the wanted range"),
-        (seen, false) => format!("{seen} depth images and scans seen; {}", reasons.join("; ")),
+        (0, true) => format!("it holds {no}"),
+        (seen, true) => format!("none of its {seen} {what} lies in the wanted range"),
+        (seen, false) => format!("{seen} {what} seen; {}", reasons.join("; ")),
     }
 }

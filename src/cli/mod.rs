@@ -71,6 +71,9 @@ struct Common {
     /// Weight file of DRM-Net (safetensors), for method drm, in place of the configuration's
     #[arg(long, value_name = "FILE")]
     weights: Option<String>,
+    /// UDP port of a pcap's Velodyne packets, in place of the configuration's velodyne_port (2368)
+    #[arg(long, value_name = "PORT")]
+    port: Option<u16>,
     /// Use the adapter whose name or driver contains this (else LIMPID_ADAPTER, else the best)
     #[arg(long, value_name = "NAME")]
     adapter: Option<String>,
@@ -89,6 +92,7 @@ impl Common {
         };
         config.change_all(|parameters| {
             parameters.method = self.method.unwrap_or(parameters.method);
+            parameters.velodyne_port = self.port.unwrap_or(parameters.velodyne_port);
             if let Some(weights) = &self.weights {
                 parameters.weights.clone_from(weights);
             }

@@ -24,6 +24,12 @@ pub(crate) struct PointsArguments {
     /// Velodyne model, in place of what the packets say
     #[arg(long, value_enum)]
     model: Option<Model>,
+    /// UDP port of a pcap's Velodyne packets (2368 where not stated)
+    #[arg(long)]
+    port: Option<u16>,
+    /// Field of clouds that holds the intensity, in place of the one found by name
+    #[arg(long, value_name = "FIELD")]
+    intensity: Option<String>,
     /// What the numbers of a cloud's return_type field mean
     #[arg(long, value_enum, default_value = "first-last")]
     returns: ReturnCodes,
@@ -33,8 +39,13 @@ pub(crate) struct PointsArguments {
 }
 
 pub(crate) fn execute(arguments: &PointsArguments) -> Result<()> {
-    let options =
-        Options { topic: arguments.topic.clone(), model: arguments.model, return_codes: arguments.returns };
+    let options = Options {
+        topic: arguments.topic.clone(),
+        model: arguments.model,
+        return_codes: arguments.returns,
+        port: arguments.port,
+        intensity_field: arguments.intensity.clone(),
+    };
     let mut scans = points::open(&arguments.input, &options)?;
     if let Some(dir) = &arguments.output {
         std::fs::create_dir_all(dir).map_err(Error::file(dir))?;

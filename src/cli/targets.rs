@@ -47,7 +47,8 @@ fn positive(text: &str) -> std::result::Result<f64, String> {
 }
 
 pub(crate) fn execute(arguments: &TargetsArguments) -> Result<()> {
-    let common = Common { config: arguments.config.clone(), method: None, weights: None, adapter: None };
+    let common =
+        Common { config: arguments.config.clone(), method: None, weights: None, port: None, adapter: None };
     let config = common.config()?;
     let rule = Rule {
         baseline_m: arguments.baseline,

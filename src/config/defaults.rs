@@ -2,6 +2,7 @@
 
 use super::{
     Config, Fusion, InflationKernel, InflationLaw, LayerMeasure, LidarClearsCamera, Method, PlaneSource,
+    SolidBy,
 };
 use crate::sensor::ReturnCodes;
 
@@ -60,6 +61,8 @@ impl Default for Config {
             inflation_law: InflationLaw::Auto,
             scan_topic: String::new(),
             velodyne_model: None,
+            velodyne_port: 2368,
+            intensity_field: String::new(),
             return_codes: ReturnCodes::FirstLast,
             lidar_frame: String::new(),
             max_points: 262_144,
@@ -70,6 +73,7 @@ impl Default for Config {
             deskew: true,
             pose_jump_m_s: 10.0,
             pose_jump_deg_s: 360.0,
+            solid_by: SolidBy::Auto,
             intensity_full_scale: 255.0,
             intensity_percentile: 99.0,
             layer_heights_m: vec![-0.5, 0.0, 0.5],

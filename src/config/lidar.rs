@@ -18,6 +18,18 @@ pub enum PlaneSource {
     Slabs,
 }
 
+/// What makes a cell solid.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum SolidBy {
+    /// By intensity while the scans bear out its full scale and gamma, else what stands.
+    Auto,
+    /// A layer above gamma (spec 2 §3), whatever the scans say of the scale.
+    Intensity,
+    /// Any return that stands above the ground: nothing that stands is passable.
+    Standing,
+}
+
 /// What a layer's value is made of (spec 2 §2).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]

@@ -20,7 +20,7 @@ mod validate;
 
 pub use crate::sensor::SensorKind;
 pub use keys::{Scope, scope_of};
-pub use lidar::{InflationKernel, LayerMeasure, MAX_TALL_LAYERS, PlaneSource};
+pub use lidar::{InflationKernel, LayerMeasure, MAX_TALL_LAYERS, PlaneSource, SolidBy};
 pub use map::{InflationLaw, LidarClearsCamera, MAX_POINTS};
 pub use sensors::{MAX_SENSORS, SensorConfig, SensorInfo};
 
@@ -200,6 +200,10 @@ pub struct Config {
     pub scan_topic: String,
     /// Model of a Velodyne sensor; none: from the packets.
     pub velodyne_model: Option<Model>,
+    /// UDP port of the data packets in a capture.
+    pub velodyne_port: u16,
+    /// Field of clouds that holds the intensity; empty: found by name.
+    pub intensity_field: String,
     /// Meaning of the numbers in a cloud's `return_type` field.
     pub return_codes: ReturnCodes,
     /// Frame of the lidar; empty: the scan's own `frame_id`.
@@ -220,6 +224,8 @@ pub struct Config {
     pub pose_jump_m_s: f64,
     /// Rate of turning above which it does, degrees per second; 0: none does.
     pub pose_jump_deg_s: f64,
+    /// What makes a lidar's cell solid: bright returns, or returns that stand above the ground.
+    pub solid_by: SolidBy,
     /// R: intensity of full scale, in the sensor's unit; 0: `intensity_percentile` of the first scan.
     pub intensity_full_scale: f64,
     /// Percentile of the first scan's intensities that is taken as full scale.

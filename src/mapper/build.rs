@@ -172,7 +172,7 @@ impl Builder<'_> {
         let glass_number = self.sensors[..number].iter().filter(|sensor| is_glass_lidar(sensor)).count();
         Ok(LidarJob {
             capacity: capacity(&config, &info.first)?,
-            full_scale: full_scale(&config, &info.first)?,
+            full_scale: full_scale(&config, &info.first),
             plane_rings: plane_rings(&config, &info.first)?,
             deskew: config.deskew && info.first.columns.time,
             layers: self.options.layers,

@@ -14,6 +14,7 @@ use crate::map::jumps::PoseTrack;
 use crate::map::{Grid, State, Update, Window};
 use crate::sensor::{Observation, SensorKind, SensorPose};
 use crate::stage::camera::back_project;
+use crate::stage::lidar::trust::IntensityTrust;
 use crate::stage::{CameraJob, Moment, Stage};
 
 /// What is remembered of an observation while it is under way.
@@ -55,6 +56,7 @@ pub(super) struct Channel {
     /// `None`: nothing of the sensor came when the mapper was built.
     built: Option<Built>,
     track: PoseTrack,
+    trust: IntensityTrust,
     last_stamp_ns: Option<u64>,
     last_window: Option<Window>,
     /// Whether the observation before was refused.
@@ -83,6 +85,7 @@ impl Channel {
             config: sensor.config.clone(),
             built: None,
             track: PoseTrack::default(),
+            trust: IntensityTrust::default(),
             last_stamp_ns: None,
             last_window: None,
             refused: false,
@@ -106,6 +109,14 @@ impl Channel {
     /// The window as it moved since the observation before.
     pub(super) fn own_window(&self, window: Window, side: u32) -> Window {
         window.since(self.last_window, side)
+    }
+
+    /// Takes in the intensities of a scan that was checked: whether what stands in it is solid, as they say nothing.
+    pub(super) fn stands(&mut self, observation: &Observation, pose: SensorPose) -> bool {
+        match (self.built.as_ref().map(|built| &built.kind), observation.scan()) {
+            (Some(Kind::Lidar(job)), Some(scan)) => self.trust.stands(job, scan, pose),
+            _ => false,
+        }
     }
 
     /// Whether the observation fits what the passes were built for.
@@ -201,9 +212,9 @@ impl Channel {
         }
     }
 
-    /// What was decided when the passes were built, in words.
+    /// What was decided when the passes were built and since, in words.
     pub(super) fn notes(&self) -> Vec<String> {
-        self.built.as_ref().map(Built::notes).unwrap_or_default()
+        self.built.as_ref().map(|built| built.notes(&self.trust)).unwrap_or_default()
     }
 }
 
@@ -242,29 +253,22 @@ impl Built {
     }
 
     /// See [`Channel::notes`].
-    fn notes(&self) -> Vec<String> {
+    fn notes(&self, trust: &IntensityTrust) -> Vec<String> {
         match &self.kind {
             Kind::Camera(_) | Kind::Map(_) => Vec::new(),
             Kind::Lidar(job) => {
-                let scale = if job.config.intensity_full_scale > 0.0 {
-                    format!("full scale of intensities: {} as configured", job.full_scale)
-                } else {
-                    let percentile = job.config.intensity_percentile;
-                    format!(
-                        "full scale of intensities: {} (percentile {percentile} of the first scan)",
-                        job.full_scale
-                    )
-                };
                 let planes = match job.plane_rings {
                     Some([plane, below]) => format!("planes z = 0 and below it: rings {plane} and {below}"),
                     None => "planes z = 0 and below it: slabs".into(),
                 };
                 let deskew = if job.deskew {
                     "points are placed by the poses at their own times, where there are poses"
+                } else if job.config.deskew {
+                    "points are not deskewed: scans have no times of points that can be used"
                 } else {
-                    "points are not deskewed"
+                    "points are not deskewed (deskew: false)"
                 };
-                vec![scale, planes, deskew.into()]
+                vec![trust.note(job), planes, deskew.into()]
             }
         }
     }

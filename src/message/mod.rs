@@ -1,6 +1,7 @@
 //! Messages as they lie in recordings: bytes in, values out, no I/O.
 
 pub mod foxglove;
+pub mod lidar;
 pub(crate) mod marker;
 pub mod ros1;
 pub mod ros2;

@@ -84,6 +84,10 @@ impl<'de> Deserializer<'de> for &mut Reader<'de> {
         visitor.visit_u32(u32::from_le_bytes(self.take()?))
     }
 
+    fn deserialize_u64<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Error> {
+        visitor.visit_u64(u64::from_le_bytes(self.take()?))
+    }
+
     fn deserialize_f32<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Error> {
         visitor.visit_f32(f32::from_le_bytes(self.take()?))
     }
@@ -135,7 +139,7 @@ impl<'de> Deserializer<'de> for &mut Reader<'de> {
     }
 
     serde::forward_to_deserialize_any! {
-        i8 i16 i64 i128 u16 u64 u128 char option unit unit_struct newtype_struct tuple_struct map enum
+        i8 i16 i64 i128 u16 u128 char option unit unit_struct newtype_struct tuple_struct map enum
         identifier ignored_any
     }
 }

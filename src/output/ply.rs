@@ -7,7 +7,7 @@ use crate::base::{Error, Result};
 use crate::output::create_file;
 use crate::sensor::{Point, Scan, Strength};
 
-/// Writes a scan as a binary little-endian PLY file: per point `x`, `y`, `z` (metres), `intensity` as float, `ring` as
+/// Writes a scan as a binary little-endian PLY file: per point `x`, `y`, `z` (metres), `intensity` as float where the scan has it, `ring` as
 /// ushort where a point has one (65535, [`Point::UNKNOWN`], for those that have none), `return_type` as uchar ([`crate::sensor::ReturnType`]), `time_s` as float (seconds after the scan's
 /// stamp, which is in a comment); then `strength` as uchar ([`Strength`]) where a point has one, and `label` as uint
 /// where the scan is labelled.
@@ -16,6 +16,7 @@ use crate::sensor::{Point, Scan, Strength};
 /// [`Error::File`].
 pub fn save_scan(path: &Path, scan: &Scan) -> Result<()> {
     let optional = Optional {
+        intensity: scan.columns.intensity,
         ring: scan.points.iter().any(|point| point.ring != Point::UNKNOWN),
         strength: scan.points.iter().any(|point| point.strength != Strength::Unknown),
         label: scan.columns.label,
@@ -33,6 +34,7 @@ pub fn save_scan(path: &Path, scan: &Scan) -> Result<()> {
 /// Which properties a file has beside those that all have.
 #[derive(Clone, Copy)]
 struct Optional {
+    intensity: bool,
     ring: bool,
     strength: bool,
     label: bool,
@@ -49,7 +51,7 @@ fn header(scan: &Scan, optional: Optional) -> String {
         ("float x", true),
         ("float y", true),
         ("float z", true),
-        ("float intensity", true),
+        ("float intensity", optional.intensity),
         ("ushort ring", optional.ring),
         ("uchar return_type", true),
         ("float time_s", true),
@@ -65,8 +67,11 @@ fn header(scan: &Scan, optional: Optional) -> String {
 }
 
 fn write_point(file: &mut impl std::io::Write, point: &Point, optional: Optional) -> std::io::Result<()> {
-    for value in [point.x_m, point.y_m, point.z_m, point.intensity] {
+    for value in [point.x_m, point.y_m, point.z_m] {
         file.write_all(&value.to_le_bytes())?;
+    }
+    if optional.intensity {
+        file.write_all(&point.intensity.to_le_bytes())?;
     }
     if optional.ring {
         file.write_all(&point.ring.to_le_bytes())?;

@@ -3,7 +3,7 @@
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use crate::base::{Error, Result};
-use crate::sensor::{Point, Scan};
+use crate::sensor::{Point, Scan, has_steady_rings};
 
 /// Bins over 180 degrees in which elevations are looked up (`ELEVATION_BINS`).
 const ELEVATION_BINS: u32 = 2048;
@@ -42,7 +42,7 @@ pub struct BeamGrid {
 }
 
 impl BeamGrid {
-    /// From a scan: rings and their mean elevations, or 64 rows of equal angle where it has no rings; columns from the
+    /// From a scan: rings and their mean elevations, or 64 rows of equal angle where it has no rings of steady elevation; columns from the
     /// median step of azimuth.
     ///
     /// # Errors
@@ -52,7 +52,7 @@ impl BeamGrid {
         if points.is_empty() {
             return Err(bad("has no usable point"));
         }
-        let by_ring = points.iter().any(|point| point.ring != Point::UNKNOWN);
+        let by_ring = points.iter().any(|point| point.ring != Point::UNKNOWN) && has_steady_rings(scan);
         let (ring_rows, elevations) =
             if by_ring { ring_elevations(&points)? } else { (vec![NONE], even_elevations(&points)) };
         let row_step_rad = median_step(&elevations);

@@ -7,6 +7,7 @@ mod frame;
 mod model;
 mod observation;
 mod returns;
+mod rings;
 mod scan;
 mod velodyne;
 
@@ -19,5 +20,6 @@ pub use frame::{ColorImage, DepthImage, DepthSamples, FramePose, RgbdFrame};
 pub use model::{CameraInfo, LidarInfo, SensorKind, SensorModel};
 pub use observation::{Observation, SensorData, SensorPose, Sweep};
 pub use returns::{ReturnCodes, ReturnType, Strength};
-pub use scan::{Columns, Point, Scan};
+pub use rings::{has_steady_rings, ring_elevations};
+pub use scan::{Columns, Point, PointClock, Scan};
 pub use velodyne::VelodyneModel;

@@ -44,20 +44,75 @@ impl Point {
     }
 }
 
-/// Which of the optional values of its points a scan has.
+/// What a source's times of points count from.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum PointClock {
+    /// The scan's stamp, or 1970 as that does.
+    #[default]
+    Stamp,
+    /// A start of their own, such as the sensor's boot: they are taken to begin at the stamp.
+    Own,
+    /// 1970, in 32 bits: no times that can be used.
+    Rounded,
+    /// They lie too far apart to be of one scan: no times that can be used.
+    Spread,
+}
+
+impl PointClock {
+    /// What a user should know of such times.
+    pub fn note(self) -> Option<&'static str> {
+        match self {
+            Self::Stamp => None,
+            Self::Own => Some(
+                "times of points count from another clock than the stamps: the first point of a scan is taken to be of its stamp",
+            ),
+            Self::Rounded => Some(
+                "times of points are seconds since 1970 in 32 bits, which is too coarse: scans are not deskewed",
+            ),
+            Self::Spread => {
+                Some("times of points lie more than 10 s apart within a scan: scans are not deskewed")
+            }
+        }
+    }
+
+    /// Whether points have times.
+    pub(crate) fn is_usable(self) -> bool {
+        matches!(self, Self::Stamp | Self::Own)
+    }
+}
+
+/// Which of the optional values of its points a scan has: by default intensity alone.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[allow(clippy::struct_excessive_bools, reason = "one flag for each optional column")]
 pub struct Columns {
+    /// [`Point::intensity`]; 0 where absent.
+    pub intensity: bool,
     /// [`Point::ring`].
     pub ring: bool,
     /// [`Point::column`]: with the rings an organized cloud.
     pub column: bool,
     /// [`Point::time_s`]; 0 where absent.
     pub time: bool,
+    /// What the source's times count from.
+    pub clock: PointClock,
     /// [`Point::return_type`]; [`ReturnType::Single`] where absent.
     pub return_type: bool,
     /// [`Point::label`].
     pub label: bool,
+}
+
+impl Default for Columns {
+    fn default() -> Self {
+        Self {
+            intensity: true,
+            ring: false,
+            column: false,
+            time: false,
+            clock: PointClock::Stamp,
+            return_type: false,
+            label: false,
+        }
+    }
 }
 
 /// One revolution of a lidar, or whatever else its source gives as one cloud.

@@ -32,6 +32,8 @@ pub struct Moment<'a> {
     pub now: u32,
     /// Of each sensor the tick before which its evidence is stale; `u32::MAX` for a stale sensor.
     pub fresh_since: &'a [u32],
+    /// Of a scan: whether what stands is solid, as intensities say nothing ([`crate::stage::lidar::trust`]).
+    pub standing: bool,
     /// Direction from the robot to its goal in the map's axes, of length 1; `None` at the goal.
     pub towards_goal: Option<DVec2>,
 }
@@ -51,6 +53,7 @@ impl<'a> Moment<'a> {
             tick: 1,
             now: 1,
             fresh_since: &[],
+            standing: false,
             towards_goal: None,
         }
     }

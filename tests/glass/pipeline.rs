@@ -1,6 +1,6 @@
 //! Glass within the lidar path: the map, what is written, panes from a file.
 
-use crate::support::scan::{ScanFrame, ScanOptions, ScanOutput, ScanPipeline};
+use crate::support::scan::{ScanFrame, ScanOptions, ScanOutput, ScanPipeline, by_intensity};
 use glam::{DQuat, DVec3};
 use limpid::Config;
 use limpid::base::Rigid;
@@ -24,7 +24,7 @@ use crate::support::gpu::skipped;
 
 fn config() -> Config {
     let layer_heights_m = vec![-0.5, 0.0, 0.5, 2.5];
-    Config { glass: true, deskew: false, scan_map_size_m: 30.0, layer_heights_m, ..Config::default() }
+    Config { glass: true, deskew: false, scan_map_size_m: 30.0, layer_heights_m, ..by_intensity() }
 }
 
 fn frame(scan: Scan, room: &GlassRoom) -> ScanFrame {

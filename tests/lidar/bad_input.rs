@@ -4,7 +4,7 @@ use crate::support::scan::{ScanFrame, ScanOptions, ScanPipeline};
 use glam::{DQuat, DVec3};
 use limpid::base::Rigid;
 use limpid::config::MAX_POINTS;
-use limpid::config::PlaneSource;
+use limpid::config::{PlaneSource, SolidBy};
 use limpid::map::CellClass;
 use limpid::sensor::Point;
 use limpid::sensor::SensorPose;
@@ -55,8 +55,6 @@ fn what_the_first_scan_lacks_is_named() {
     let bare = still(scan(0, vec![point([1.0, 0.0, 0.0], 0.0); 20]));
     let rings = Config { plane_source: PlaneSource::Rings, ..Config::default() };
     refused(&rings, &bare, "plane_source rings needs two");
-    let automatic = Config { intensity_full_scale: 0.0, ..Config::default() };
-    refused(&automatic, &bare, "no intensity above 0");
     refused(&Config { gamma: -1.0, ..Config::default() }, &bare, "gamma");
 }
 
@@ -66,7 +64,12 @@ fn the_full_scale_of_a_percentile_is_reported() {
         return;
     }
     let points: Vec<Point> = (0..=100).map(|i| point([1.05, 0.05, 0.2], f64::from(i))).collect();
-    let config = Config { intensity_full_scale: 0.0, intensity_percentile: 90.0, ..Config::default() };
+    let config = Config {
+        intensity_full_scale: 0.0,
+        intensity_percentile: 90.0,
+        solid_by: SolidBy::Intensity,
+        ..Config::default()
+    };
     let notes = open(&config, &still(scan(0, points))).mapper.notes();
     assert!(notes[0].contains("intensities: 90 (percentile 90"), "{notes:?}");
 }

@@ -40,8 +40,22 @@ fn run_writes_plan_maps_in_every_form() {
     std::fs::create_dir(path("scans")).unwrap();
     recording(&folder.path().join("scans"));
     let (mcap, png, dump, map) = (path("out.mcap"), path("png"), path("dump"), path("map"));
-    let (done, text) =
-        limpid(&["run", &path("scans"), "-o", &mcap, "--png", &png, "--dump", &dump, "--map", &map]);
+    let config = path("limpid.yaml");
+    std::fs::write(&config, "solid_by: intensity\n").unwrap();
+    let (done, text) = limpid(&[
+        "run",
+        &path("scans"),
+        "-c",
+        &config,
+        "-o",
+        &mcap,
+        "--png",
+        &png,
+        "--dump",
+        &dump,
+        "--map",
+        &map,
+    ]);
     assert!(done && text.contains("lidar: 2 used") && text.contains("1 solid"), "{text}");
     let names = |folder: &str| {
         let entries =
@@ -108,5 +122,5 @@ fn score_lists_candidates_with_the_cheapest_first() {
 fn camera_recordings_have_no_scans_and_say_so() {
     let room = concat!(env!("CARGO_MANIFEST_DIR"), "/testdata/room.mcap");
     let (done, text) = limpid(&["run", room, "--sensor", "lidar"]);
-    assert!(!done && text.contains("point cloud or Velodyne packets"), "{text}");
+    assert!(!done && text.contains("point cloud, laser scan or Velodyne packets"), "{text}");
 }

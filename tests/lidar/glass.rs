@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use crate::support::scan::ScanPipeline;
-use crate::support::scan::{ScanFrame, ScanOutput};
+use crate::support::scan::{ScanFrame, ScanOutput, by_intensity};
 use glam::{DQuat, DVec3};
 use limpid::Config;
 use limpid::base::Rigid;
@@ -15,7 +15,7 @@ use crate::support::gpu::skipped;
 use crate::support::scan::{grid, open, point, posed, scan, step};
 
 fn config() -> Config {
-    Config { scan_map_size_m: 8.0, transparent_threshold: 0.05, ..Config::default() }
+    Config { scan_map_size_m: 8.0, transparent_threshold: 0.05, ..by_intensity() }
 }
 
 fn pose(x: f64, y: f64, yaw: f64) -> SensorPose {

@@ -2,9 +2,11 @@
 
 mod bad_input;
 mod command;
+mod field;
 mod glass;
 mod numpy;
 mod plan;
 mod poses;
 mod recordings;
 mod score;
+mod trust;

@@ -5,11 +5,11 @@ use limpid::config::LayerMeasure;
 use limpid::map::CellClass;
 
 use crate::support::gpu::skipped;
-use crate::support::scan::{cell, grid, point, run_one, scan, still};
+use crate::support::scan::{by_intensity, cell, grid, point, run_one, scan, still};
 
 /// A small map: 8 m, 80 cells a side.
 fn small() -> Config {
-    Config { scan_map_size_m: 8.0, ..Config::default() }
+    Config { scan_map_size_m: 8.0, ..by_intensity() }
 }
 
 #[test]
@@ -79,7 +79,7 @@ fn truth_the_expected_measure_does_not_fall_with_range() {
             azimuth_step_deg,
             elevation_step_deg,
             elevation_range_deg: [-15.0, 15.0],
-            ..Config::default()
+            ..by_intensity()
         };
         let out = run_one(&config, &wall(away));
         let value = |step: i32| grid(&out, "intensity_1")[cell(&out, away, f64::from(step) * 0.1 + 0.05)];

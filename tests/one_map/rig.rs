@@ -3,6 +3,7 @@
 use glam::{DMat3, DQuat, DVec3};
 use limpid::Config;
 use limpid::base::{Refused, Rigid};
+use limpid::config::SolidBy;
 use limpid::map::{MapUpdate, Update, Verdict};
 use limpid::mapper::{Mapper, Options, SensorInfo, Submitted};
 use limpid::sensor::{
@@ -34,9 +35,10 @@ pub(crate) fn at_ms(ms: u64) -> u64 {
     START_NS + ms * 1_000_000
 }
 
-/// A map of 6 m in which costs are those of verdicts: nothing is inflated.
+/// A map of 6 m in which costs are those of verdicts: nothing is inflated; intensities are taken as they are.
 pub(crate) fn config() -> Config {
-    Config { inflation_radius_m: 0.0, inscribed_radius_m: 0.0, ..small_map() }
+    let solid_by = SolidBy::Intensity;
+    Config { solid_by, inflation_radius_m: 0.0, inscribed_radius_m: 0.0, ..small_map() }
 }
 
 /// A camera of that name for frames of that size, with the sensor's own confidence or without.

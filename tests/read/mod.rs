@@ -5,6 +5,7 @@ mod bag;
 mod damaged;
 mod exr;
 mod hostile;
+mod lidar_topics;
 mod memory;
 mod messages;
 mod pairing;

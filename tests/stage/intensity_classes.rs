@@ -36,7 +36,7 @@ pub(super) fn params(side: usize) -> IntensityClassesParams {
         shift_x: 0,
         shift_y: 0,
         forget: 0,
-        pad: 0,
+        standing: 0,
     }
 }
 
@@ -69,6 +69,22 @@ fn run(
         .output("obstacle_value", cells)
         .output("layer_values", 4 * cells)
         .constants(constants)
+        .run(INTENSITY_CLASSES, Invocations::area(params.side, params.side))
+}
+
+/// As [`run`] where nothing was seen before.
+fn run_anew(params: &IntensityClassesParams, layers: &[[[u32; 2]; 4]]) -> Outputs {
+    let cells = layers.len();
+    let sums: Vec<[u32; 2]> = layers.iter().flatten().copied().collect();
+    Fragment::new()
+        .params("intensity_classes_params", params)
+        .params("solid_cells_params", &layer_params(20, 0, 0.5))
+        .input("layer_sums", &sums)
+        .input("sector_range", &[0_u32; 2 * SECTORS])
+        .changed("remembered", &vec![0_u32; cells])
+        .changed("solid_cells", &vec![[0_u32; 4]; cells])
+        .output("obstacle_value", cells)
+        .output("layer_values", 4 * cells)
         .run(INTENSITY_CLASSES, Invocations::area(params.side, params.side))
 }
 
@@ -131,6 +147,28 @@ fn compare_with_twin(side: usize, seed: u64) {
             (0..5).filter(|class| *class != 0).all(|class| classes.contains(&class)),
             "all classes occur"
         );
+    }
+}
+
+#[test]
+fn truth_one_return_that_stands_makes_a_cell_solid() {
+    if skipped() {
+        return;
+    }
+    // Of a hundred returns one stands; none does; only the plane z = 0 has returns; there are fewer than are asked for.
+    let layers = [
+        [[4080, 100], NONE, [4080, 1], NONE],
+        [[0, 100], NONE, NONE, NONE],
+        [NONE, NONE, [4080, 2], NONE],
+        [[4080, 1], NONE, NONE, NONE],
+    ];
+    for solid_value in [100.0, 1.0] {
+        let standing = IntensityClassesParams { standing: 1, gamma: 0.0, solid_value, ..params(2) };
+        let out = run_anew(&standing, &layers);
+        let classes: Vec<u32> = words(&out, &standing).iter().map(|word| word & 0xff).collect();
+        // SOLID, PASSABLE, SOLID, and what was kept of a cell that is not decided.
+        assert_eq!(classes[..3], [2, 3, 2], "{solid_value}");
+        assert_ne!(classes[3], 2, "{solid_value}");
     }
 }
 

@@ -42,9 +42,9 @@ pub(super) fn params(points: usize) -> IntensityLayersParams {
         below_m: -0.15,
         half_thickness_m: 0.05,
         clear_steps: 3000,
-        pad0: 0,
-        pad1: 0,
-        pad2: 0,
+        standing: 0,
+        floor_m: 0.0,
+        pad: 0,
     }
 }
 
@@ -176,6 +176,24 @@ fn truth_points_are_placed_at_their_own_times() {
     assert_eq!((filled(0.4, 1.1), filled(1.1, 0.1)), (1, 1));
     let still = run(&turning, &points, &[("deskewed", false)]);
     assert_eq!(still.words("layer_sums").iter().max(), Some(&(2 * 4080)), "both in one cell");
+}
+
+#[test]
+fn truth_what_stands_counts_fully_and_the_floor_not_at_all() {
+    if skipped() {
+        return;
+    }
+    let heights = [-0.9, -0.41, -0.4, -0.39, 0.2];
+    let points: Vec<Point> = heights.map(|z| point([1.1, 0.1, z], 3.0)).to_vec();
+    let standing = IntensityLayersParams { standing: 1, floor_m: -0.4, ..params(points.len()) };
+    let cell = 6 * SIDE + 10;
+    let sums = |params: &IntensityLayersParams| {
+        let out = run(params, &points, &[("ringed", false)]);
+        [0, 1].map(|layer| [0, 1].map(|word| out.words("layer_sums")[2 * (5 * cell + layer) + word]))
+    };
+    assert_eq!(sums(&standing), [[4080, 4], [4080, 1]], "one of four in the lower layer stands");
+    let faint = (3.0_f64 / 255.0 * 4080.0).round() as u32;
+    assert_eq!(sums(&IntensityLayersParams { standing: 0, ..standing }), [[4 * faint, 4], [faint, 1]]);
 }
 
 #[test]

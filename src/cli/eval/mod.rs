@@ -112,6 +112,7 @@ impl EvalArguments {
             config: self.config.clone(),
             method: None,
             weights: self.weights.clone(),
+            port: None,
             adapter: self.adapter.clone(),
         };
         common.config()

@@ -10,7 +10,7 @@ use crate::input::log::lidar::{self, LogLidar};
 use crate::input::log::motion::Motion;
 use crate::input::log::reading::{Log, channels_of};
 use crate::input::log::sensor::{LogSensor, Reader};
-use crate::input::log::topics::{Channels, Kind, Topics, find_depth, missing, shared_names};
+use crate::input::log::topics::{Channels, Kind, Topics, find_depth, missing_scans, shared_names};
 use crate::input::points::Options;
 
 /// What a log of messages holds, as far as choosing a path goes.
@@ -28,10 +28,9 @@ pub struct Contents {
 /// [`crate::Error::File`], [`crate::Error::Format`].
 pub(crate) fn contents(path: &Path, is_bag: bool) -> Result<Contents> {
     let (channels, _) = channels_of(path, is_bag)?;
-    Ok(Contents {
-        camera: find_depth(&channels).is_some(),
-        lidar: channels.of_kind(Kind::is_scan).next().is_some(),
-    })
+    let camera = find_depth(&channels).is_some();
+    let lidar = lidar::find(&channels).is_some() || !camera && !channels.unread_packets().is_empty();
+    Ok(Contents { camera, lidar })
 }
 
 /// The topic of a lidar, which is noted: the stated one, or that which is found.
@@ -45,7 +44,7 @@ pub(super) fn scan_topic(
     let topic = channels
         .configured(path, key, stated, Kind::is_scan)?
         .or_else(|| lidar::find(channels))
-        .ok_or_else(|| missing(path, "point cloud or Velodyne packets", key, channels))?;
+        .ok_or_else(|| missing_scans(path, key, channels))?;
     report.note(lidar::note(channels, &topic));
     Ok(topic)
 }
@@ -66,7 +65,9 @@ pub(crate) fn lidar_log(path: &Path, is_bag: bool, config: &Config) -> Result<Lo
 /// The sensors of a configuration that names none: what the log has of a camera and a lidar.
 fn found(channels: &Channels, config: &Config) -> Vec<SensorConfig> {
     let has_camera = !config.depth_topic.is_empty() || find_depth(channels).is_some();
-    let has_lidar = !config.scan_topic.is_empty() || channels.of_kind(Kind::is_scan).next().is_some();
+    let has_lidar = !config.scan_topic.is_empty() || lidar::find(channels).is_some();
+    // Packets that cannot be decoded are a lidar's, too, where there is nothing else.
+    let has_lidar = has_lidar || !has_camera && !channels.unread_packets().is_empty();
     let kinds = [(SensorKind::Camera, has_camera || !has_lidar), (SensorKind::Lidar, has_lidar)];
     let there = kinds.into_iter().filter(|&(_, there)| there);
     there.map(|(kind, _)| SensorConfig::found(kind, config)).collect()
@@ -117,8 +118,26 @@ pub(super) fn choose(
         chosen.sensors.push(LogSensor::new(&sensor.name, reader));
         chosen.configs.push(sensor.clone());
     }
+    note_left_out(channels, &chosen, report);
     let nothing = chosen.sensors.iter().all(|sensor| matches!(sensor.reader, Reader::Absent));
     first_error.filter(|_| nothing).map_or(Ok(chosen), Err)
+}
+
+/// Tells of clouds and packets beside what is read.
+fn note_left_out(channels: &Channels, chosen: &Chosen, report: &mut ReadReport) {
+    let is_read = |topic: &str| {
+        let mut lidars = chosen.sensors.iter();
+        lidars.any(|sensor| matches!(&sensor.reader, Reader::Lidar(lidar) if lidar.topic == topic))
+    };
+    for topic in lidar::camera_clouds(channels).iter().filter(|topic| !is_read(topic)) {
+        report.note(format!(
+            "{topic} is left out: it looks like the camera's own cloud of its depth images (`scan_topic` takes it as a lidar's)"
+        ));
+    }
+    let unread = channels.unread_packets();
+    if !unread.is_empty() {
+        report.note(format!("left out: {}, which are not decoded", unread.join(", ")));
+    }
 }
 
 /// Whether an error says that the log has nothing of a sensor, and not that something is configured wrongly.

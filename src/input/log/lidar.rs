@@ -7,10 +7,11 @@ use std::collections::VecDeque;
 
 use crate::base::Result;
 use crate::config::Config;
+use crate::input::log::layout::Layout;
 use crate::input::log::motion::Motion;
-use crate::input::log::topics::{Channels, Kind, Wire};
+use crate::input::log::topics::{Channels, Kind, Wire, find_depth};
 use crate::input::points::velodyne::{Cut, Decoder, ScanMessage};
-use crate::input::points::{Options, ScanReport, cloud};
+use crate::input::points::{Options, ScanReport, cloud, laser, livox};
 use crate::input::scan_pose::ScanPoser;
 use crate::message::{decode_error, foxglove};
 use crate::sensor::{Observation, Scan};
@@ -84,6 +85,7 @@ impl LogLidar {
     fn decode(&mut self, kind: Kind, payload: &[u8]) -> Result<()> {
         let scan = match kind {
             Kind::RosPointCloud(wire) => {
+                cloud::check_size(&wire.decode("sensor_msgs/PointCloud2", payload)?)?;
                 cloud::from_ros(wire.decode("sensor_msgs/PointCloud2", payload)?, &self.options)?
             }
             Kind::FoxglovePointCloud => {
@@ -97,6 +99,11 @@ impl LogLidar {
             Kind::VelodyneScan(Wire::Ros1) => {
                 self.take_packets(&ScanMessage::from_ros1(payload)?);
                 return Ok(());
+            }
+            Kind::LivoxCustom(wire) => livox::from_custom_msg(wire.decode("livox CustomMsg", payload)?)?,
+            Kind::LaserScan(wire) => laser::from_laser_scan(wire.decode("sensor_msgs/LaserScan", payload)?)?,
+            Kind::MultiEchoLaserScan(wire) => {
+                laser::from_multi_echo(wire.decode("sensor_msgs/MultiEchoLaserScan", payload)?)?
             }
             _ => return Err(decode_error("scan", "the topic holds another type")),
         };
@@ -199,13 +206,29 @@ impl LogLidar {
     }
 }
 
-/// Packets before clouds, as clouds are made of packets and may have lost returns, then by name.
+/// The topic to take. Clouds that have what is needed come before those that lack it, clouds before flat scans, which are often
+/// made of them, and packets before clouds, as clouds are made of packets and may have lost returns; then by name. A camera's
+/// own cloud beside its depth images is none.
 pub(super) fn find(channels: &Channels) -> Option<String> {
+    let own = camera_clouds(channels);
     let rank = |channel: &&super::topics::Channel| {
+        let flat = matches!(channel.kind, Some(Kind::LaserScan(_) | Kind::MultiEchoLaserScan(_)));
         let packets = matches!(channel.kind, Some(Kind::VelodyneScan(_)));
-        (!packets, channel.topic.clone())
+        let lacks = channels.layout(&channel.topic).map_or([false; 6], Layout::lacks);
+        (lacks[..3].to_vec(), flat, !packets, lacks[3..].to_vec(), channel.topic.clone())
     };
-    channels.of_kind(Kind::is_scan).min_by_key(rank).map(|channel| channel.topic.clone())
+    let scans = channels.of_kind(Kind::is_scan).filter(|channel| !own.contains(&channel.topic));
+    scans.min_by_key(rank).map(|channel| channel.topic.clone())
+}
+
+/// Clouds that a camera's driver makes of the depth images beside them.
+pub(super) fn camera_clouds(channels: &Channels) -> Vec<String> {
+    if find_depth(channels).is_none() {
+        return Vec::new();
+    }
+    let own = |topic: &str| channels.layout(topic).is_some_and(Layout::is_of_camera);
+    let clouds = channels.of_kind(Kind::is_scan).filter(|channel| own(&channel.topic));
+    clouds.map(|channel| channel.topic.clone()).collect()
 }
 
 /// One line for the report.

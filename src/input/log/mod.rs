@@ -5,6 +5,7 @@ mod camera;
 mod choose;
 mod decode;
 mod file;
+mod layout;
 mod lidar;
 mod motion;
 mod odometry;
@@ -18,6 +19,7 @@ mod sensor;
 mod source;
 mod topics;
 mod track;
+mod unread;
 
 pub use crate::input::log::choose::Contents;
 pub(crate) use crate::input::log::choose::{contents, lidar_log};

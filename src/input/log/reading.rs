@@ -48,9 +48,30 @@ pub(super) fn channels_of(path: &Path, is_bag: bool) -> Result<(Channels, bool)>
                 }
             }
         }
+        look_at::<R>(path, &mut channels)?;
         Ok((channels, ahead))
     }
     if is_bag { read::<BagRecords>(path) } else { read::<McapRecords>(path) }
+}
+
+/// Takes in the first messages of the channels that are to be looked at, as far as they are among the first bytes.
+fn look_at<R: Records>(path: &Path, channels: &mut Channels) -> Result<()> {
+    let mut wanted = channels.to_look_at();
+    if wanted.is_empty() {
+        return Ok(());
+    }
+    let mut records = R::open(path)?;
+    while !wanted.is_empty() && records.offset() <= SCAN_BYTES {
+        match records.next(&|id| wanted.contains(&id))? {
+            None => break,
+            Some(Record::Message { channel_id, data, .. }) => {
+                channels.look_at(channel_id, &data);
+                wanted.remove(&channel_id);
+            }
+            Some(_) => {}
+        }
+    }
+    Ok(())
 }
 
 impl Log {

@@ -5,18 +5,52 @@ use glam::DVec3;
 use crate::base::Result;
 use crate::base::Rigid;
 use crate::input::points::Options;
+pub(crate) use crate::input::points::fields::{INTENSITY, RING, TIME};
 use crate::input::points::fields::{narrow, scan};
-use crate::input::points::table::{Column, Scalar, Table};
+use crate::input::points::table::{Column, Scalar, Table, is_named};
 use crate::message::foxglove;
 use crate::message::foxglove::packed_element_field::NumericType;
 use crate::message::{bare_frame, decode_error, ros2};
 use crate::sensor::Scan;
 
+/// The first of a cloud's fields with one of the names, as they are read.
+pub(crate) fn find_field<'a>(fields: &'a [String], names: &[&str]) -> Option<&'a String> {
+    names.iter().find_map(|name| fields.iter().find(|field| is_named(field, name)))
+}
+
 const ROS: &str = "sensor_msgs/PointCloud2";
 const FOXGLOVE: &str = "foxglove.PointCloud";
 
-/// The scan in a ROS message. Read are `x`, `y`, `z`, `intensity` (`reflectivity`, `i`), and where present `ring` (`line`,
-/// `channel`), `time` (`t`, `timestamp`, `time_stamp`; the unit follows from type and size), `return_type` and `label`.
+/// Most points of a cloud in a message.
+const MOST_POINTS: u64 = 1 << 22;
+
+/// The start of a `sensor_msgs/PointCloud2`.
+#[derive(Debug, serde::Deserialize)]
+#[serde(rename = "PointCloud2")]
+pub(crate) struct CloudHead {
+    #[expect(dead_code, reason = "it stands before the size")]
+    header: ros2::Header,
+    height: u32,
+    width: u32,
+}
+
+/// Refuses a cloud that is too large, before memory is taken for it.
+///
+/// # Errors
+/// [`crate::Error::Decode`] with the number of points.
+pub(crate) fn check_size(head: &CloudHead) -> Result<()> {
+    let points = u64::from(head.height) * u64::from(head.width);
+    if points > MOST_POINTS {
+        let reason =
+            format!("{points} points ({}x{}); at most {MOST_POINTS} are read", head.width, head.height);
+        return Err(decode_error(ROS, reason));
+    }
+    Ok(())
+}
+
+/// The scan in a ROS message. Read are `x`, `y`, `z`, and where present `intensity` (`reflectivity`, `i`, `signal` and the like),
+/// `ring` (`channel`), `time` (`t`, `timestamp`, `offset_time`; unit and start follow from type and size), `return_type` and
+/// `label`.
 /// Clouds of more than one row are taken as organized.
 ///
 /// # Errors

@@ -2,19 +2,53 @@
 
 use crate::base::Result;
 use crate::input::points::Options;
-use crate::input::points::table::{Column, Scalar, Table};
+use crate::input::points::table::{Column, Table};
+use crate::input::points::times::{TimeBase, retyped};
 use crate::message::decode_error;
-use crate::sensor::{Columns, DropReason, Dropped, Point, ReturnType, Scan, Strength};
+use crate::sensor::{Columns, DropReason, Dropped, Point, PointClock, ReturnType, Scan, Strength};
 
 /// Most rings of an organized cloud whose points do not say theirs.
 const MAX_RINGS: usize = 256;
+
+/// Names of intensities, the commonest first. CloudCompare puts `scalar_` before any name.
+pub(crate) const INTENSITY: &[&str] = &[
+    "intensity",
+    "intensities",
+    "reflectivity",
+    "reflectance",
+    "reflection",
+    "remission",
+    "i",
+    "signal",
+    "amplitude",
+    "echo_intensity",
+    "signal_photons",
+    "refl",
+    "intens",
+];
+
+/// Names of rings. `line` and `laser` of a Livox sensor count lasers that draw a rosette, so that they are no rings.
+pub(crate) const RING: &[&str] = &["ring", "channel", "ring_id", "row"];
+
+/// Names of times of points.
+pub(crate) const TIME: &[&str] = &[
+    "time",
+    "t",
+    "timestamp",
+    "time_stamp",
+    "time_s",
+    "offset_time",
+    "time_offset",
+    "point_time_offset",
+    "gps_time",
+];
 
 /// The columns that are read.
 struct Roles<'a> {
     x: &'a Column,
     y: &'a Column,
     z: &'a Column,
-    intensity: &'a Column,
+    intensity: Option<&'a Column>,
     ring: Option<&'a Column>,
     time: Option<&'a Column>,
     return_type: Option<&'a Column>,
@@ -23,7 +57,7 @@ struct Roles<'a> {
 }
 
 impl<'a> Roles<'a> {
-    fn find(table: &'a Table) -> Result<Self> {
+    fn find(table: &'a Table, options: &Options) -> Result<Self> {
         let needed = |names: &[&str]| {
             table.find(names).ok_or_else(|| {
                 let wanted = names.join("`, `");
@@ -35,9 +69,12 @@ impl<'a> Roles<'a> {
             x: needed(&["x"])?,
             y: needed(&["y"])?,
             z: needed(&["z"])?,
-            intensity: needed(&["intensity", "reflectivity", "i"])?,
-            ring: table.find(&["ring", "line", "channel"]),
-            time: table.find(&["time", "t", "timestamp", "time_stamp", "time_s"]),
+            intensity: match &options.intensity_field {
+                Some(stated) => Some(needed(&[stated])?),
+                None => table.find(INTENSITY),
+            },
+            ring: table.find(RING),
+            time: table.find(TIME),
             return_type: table.find(&["return_type", "return"]),
             strength: table.find(&["strength"]),
             label: table.find(&["label"]),
@@ -49,8 +86,8 @@ impl<'a> Roles<'a> {
     /// # Errors
     /// [`crate::Error::Decode`] where two of the columns share bytes or a name.
     fn check_apart(&self, table: &Table) -> Result<()> {
-        let optional = [self.ring, self.time, self.return_type, self.strength, self.label];
-        let mut used = vec![self.x, self.y, self.z, self.intensity];
+        let optional = [self.intensity, self.ring, self.time, self.return_type, self.strength, self.label];
+        let mut used = vec![self.x, self.y, self.z];
         used.extend(optional.into_iter().flatten());
         for column in &used {
             let same = table.columns.iter().filter(|other| other.name.eq_ignore_ascii_case(&column.name));
@@ -70,59 +107,6 @@ impl<'a> Roles<'a> {
         }
         Ok(())
     }
-}
-
-/// How times are turned into seconds after the stamp.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct TimeBase {
-    unit_s: f64,
-    /// Time of the stamp, in the unit of the field.
-    zero: f64,
-}
-
-/// Units of times, each with the least size that the largest number of a scan has in it: times since 1970 are later
-/// than 1973, and a scan lasts from 2 ms to 2 s.
-const ABSOLUTE_UNITS: [(f64, f64); 4] = [(1e17, 1e-9), (1e14, 1e-6), (1e11, 1e-3), (1e8, 1.0)];
-const INTEGER_UNITS: [(f64, f64); 3] = [(2e6, 1e-9), (2e3, 1e-6), (0.0, 1e-3)];
-const FLOAT_UNITS: [(f64, f64); 4] = [(2e6, 1e-9), (2e4, 1e-6), (10.0, 1e-3), (0.0, 1.0)];
-
-impl TimeBase {
-    /// By the size of the largest number. Times since 1970 need 64 bits; without a stamp they count from the earliest,
-    /// which then is the stamp.
-    fn of(table: &Table, column: &Column, stamp_ns: &mut u64) -> Self {
-        let (mut earliest, mut largest) = (f64::INFINITY, 0.0_f64);
-        for row in 0..table.height {
-            for at in 0..table.width {
-                let value = table.value(column, row, at);
-                if value.is_finite() {
-                    earliest = earliest.min(value);
-                    largest = largest.max(value.abs());
-                }
-            }
-        }
-        let unit = |units: &[(f64, f64)]| units.iter().find(|(least, _)| largest >= *least).map(|u| u.1);
-        if let Some(unit_s) = unit(&ABSOLUTE_UNITS).filter(|_| column.declared.size() == 8) {
-            if *stamp_ns == 0 {
-                *stamp_ns = stamp_of(earliest * unit_s);
-                return Self { unit_s, zero: earliest };
-            }
-            #[expect(clippy::cast_precision_loss, reason = "a quarter of a microsecond")]
-            let zero = *stamp_ns as f64 * 1e-9 / unit_s;
-            return Self { unit_s, zero };
-        }
-        let is_float = matches!(column.declared, Scalar::F32 | Scalar::F64);
-        let unit_s = if is_float { unit(&FLOAT_UNITS) } else { unit(&INTEGER_UNITS) };
-        Self { unit_s: unit_s.unwrap_or(1.0), zero: 0.0 }
-    }
-
-    fn seconds(self, value: f64) -> f64 {
-        (value - self.zero) * self.unit_s
-    }
-}
-
-#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "rounded and cut off on purpose")]
-fn stamp_of(seconds: f64) -> u64 {
-    (seconds * 1e9).round() as u64
 }
 
 #[expect(clippy::cast_possible_truncation, reason = "narrowed on purpose: points have 32-bit floats")]
@@ -178,7 +162,7 @@ fn whole(value: f64, end: u32) -> Option<u32> {
 struct Reader<'a> {
     table: &'a Table<'a>,
     roles: Roles<'a>,
-    time: Option<(&'a Column, TimeBase)>,
+    time: Option<(Column, TimeBase)>,
     grid: Grid,
     options: &'a Options,
 }
@@ -187,9 +171,9 @@ impl Reader<'_> {
     fn point(&self, row: usize, at: usize) -> Result<Point, DropReason> {
         let value = |column: &Column| self.table.value(column, row, at);
         let roles = &self.roles;
-        let [x_m, y_m, z_m, intensity] =
-            [roles.x, roles.y, roles.z, roles.intensity].map(|column| narrow(value(column)));
-        let time_s = self.time.map_or(0.0, |(column, base)| narrow(base.seconds(value(column))));
+        let [x_m, y_m, z_m] = [roles.x, roles.y, roles.z].map(|column| narrow(value(column)));
+        let intensity = roles.intensity.map_or(0.0, |column| narrow(value(column)));
+        let time_s = self.time.as_ref().map_or(0.0, |(column, base)| narrow(base.seconds(value(column))));
         if ![x_m, y_m, z_m, intensity, time_s].iter().all(|value| value.is_finite()) {
             return Err(DropReason::NotFinite);
         }
@@ -240,17 +224,29 @@ impl Reader<'_> {
 /// [`crate::Error::Decode`] for missing, doubled and overlapping fields and for those that run past the data.
 pub(super) fn scan(table: &Table, mut stamp_ns: u64, frame_id: String, options: &Options) -> Result<Scan> {
     table.validate()?;
-    let roles = Roles::find(table)?;
+    let mut roles = Roles::find(table, options)?;
     // A cloud without points may still have any number of empty rows.
     let height = if table.width == 0 { 0 } else { table.height };
-    let time = roles.time.filter(|_| height > 0);
-    let time = time.map(|column| (column, TimeBase::of(table, column, &mut stamp_ns)));
+    // Some drivers fill what they do not measure with NaN.
+    let is_finite = |column: &&Column| {
+        let mut values = (0..height).flat_map(|row| (0..table.width).map(move |at| (row, at)));
+        height == 0 || values.any(|(row, at)| table.value(column, row, at).is_finite())
+    };
+    roles.intensity = roles.intensity.filter(is_finite);
+    let time = roles.time.filter(|_| height > 0).map(|column| retyped(table, column));
+    let time = time.map(|column| {
+        let base = TimeBase::of(table, &column, &mut stamp_ns);
+        (column, base)
+    });
+    let clock = time.as_ref().map_or(PointClock::Stamp, |(_, base)| base.clock);
     let grid = Grid::of(table);
     let organized = !matches!(grid, Grid::None);
     let columns = Columns {
+        intensity: roles.intensity.is_some(),
         ring: roles.ring.is_some() || organized,
         column: organized,
-        time: time.is_some(),
+        time: time.is_some() && clock.is_usable(),
+        clock,
         return_type: roles.return_type.is_some(),
         label: roles.label.is_some(),
     };

@@ -7,12 +7,15 @@
 pub mod cloud;
 mod fields;
 mod files;
+pub mod laser;
+pub mod livox;
 mod lzf;
 mod open;
 mod pcap;
 pub mod pcd;
 pub mod ply;
 mod table;
+mod times;
 pub mod velodyne;
 
 use crate::base::Result;
@@ -31,6 +34,10 @@ pub struct Options {
     pub topic: Option<String>,
     /// Model of a Velodyne sensor; `None`: from the packets.
     pub model: Option<VelodyneModel>,
+    /// UDP port of a capture's data packets; `None`: 2368.
+    pub port: Option<u16>,
+    /// Field of clouds that holds the intensity; `None`: found by name.
+    pub intensity_field: Option<String>,
     /// Meaning of the numbers in a cloud's `return_type` field.
     pub return_codes: ReturnCodes,
 }
@@ -41,6 +48,8 @@ impl Options {
         Self {
             topic: Some(config.scan_topic.clone()).filter(|topic| !topic.is_empty()),
             model: config.velodyne_model,
+            port: Some(config.velodyne_port),
+            intensity_field: Some(config.intensity_field.clone()).filter(|field| !field.is_empty()),
             return_codes: config.return_codes,
         }
     }
@@ -63,6 +72,7 @@ impl ScanReport {
     /// Numbers a scan and counts it in.
     pub(crate) fn count(&mut self, scan: &mut Scan) {
         scan.index = self.scans;
+        scan.columns.clock.note().into_iter().for_each(|note| self.read.note(note));
         self.scans += 1;
         self.points += scan.points.len() as u64;
         self.dropped.add_all(scan.dropped);

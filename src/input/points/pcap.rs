@@ -1,5 +1,6 @@
 //! Captures of a Velodyne sensor's network packets (pcap).
 
+use std::collections::BTreeMap;
 use std::fs::File;
 use std::path::{Path, PathBuf};
 
@@ -20,8 +21,8 @@ pub(super) const MAGICS: [&[u8]; 4] = [
     &[0xa1, 0xb2, 0x3c, 0x4d],
 ];
 
-/// UDP port of data packets.
-const DATA_PORT: u16 = 2368;
+/// UDP port of data packets where none is stated.
+pub(crate) const DATA_PORT: u16 = 2368;
 
 /// UDP port of position packets, which hold no points.
 const POSITION_PORT: u16 = 8308;
@@ -29,13 +30,20 @@ const POSITION_PORT: u16 = 8308;
 /// Frame of points whose recording does not say.
 const FRAME: &str = "velodyne";
 
-/// Reads the data packets (UDP port 2368, 1206 bytes) of a capture; see [`Scans`]. The frame is `velodyne`.
+/// Ports that sensors whose packets are not decoded send to by default.
+const OTHERS: [(u16, &str); 5] =
+    [(7502, "Ouster"), (6699, "RoboSense"), (57_000, "Livox"), (56_301, "Livox"), (10_110, "Hesai")];
+
+/// Reads the data packets (1206 bytes to UDP port 2368, or to that of [`Options::port`]) of a capture; see [`Scans`]. The frame is `velodyne`.
 pub struct PcapScans {
     path: PathBuf,
     source: String,
     packets: PcapReader<File>,
     decoder: Decoder,
+    port: u16,
     seen_data: bool,
+    /// Packets as large as data packets by the port that they go to.
+    ports: BTreeMap<u16, u64>,
     at_end: bool,
     report: ScanReport,
 }
@@ -61,7 +69,9 @@ impl PcapScans {
             decoder: Decoder::new(&source, FRAME, options),
             source,
             packets,
+            port: options.port.unwrap_or(DATA_PORT),
             seen_data: false,
+            ports: BTreeMap::new(),
             at_end: false,
             report: ScanReport::default(),
         })
@@ -73,11 +83,8 @@ impl PcapScans {
         match self.packets.next_raw_packet() {
             Some(Ok(packet)) => {
                 let stamp_ns = stamp_ns(&packet, header.ts_resolution);
-                match payload(&packet.data, header.datalink) {
-                    Ok(payload) => {
-                        self.seen_data = true;
-                        self.decoder.push(payload, stamp_ns, Cut::AtWrap, &mut self.report.read);
-                    }
+                match udp(&packet.data, header.datalink).map(|(port, payload)| (port, payload.to_vec())) {
+                    Ok((port, payload)) => self.take(port, &payload, stamp_ns),
                     Err(reason) => self.report.read.skip(&self.source, reason, stamp_ns),
                 }
                 return Ok(());
@@ -100,10 +107,44 @@ impl PcapScans {
         let others: Vec<String> =
             skipped.iter().take(8).map(|skip| format!("{} of {}", skip.count, skip.reason)).collect();
         let others = if others.is_empty() { "no packets at all".into() } else { others.join(", ") };
+        let port = self.port;
+        let hint = self.hint();
         let reason = format!(
-            "holds no Velodyne data packets (UDP port {DATA_PORT}, {PACKET_BYTES} bytes), but {others}"
+            "holds no Velodyne data packets (UDP port {port}, {PACKET_BYTES} bytes), but {others}{hint}"
         );
         Err(Error::Format { path: self.path.clone(), reason })
+    }
+
+    fn take(&mut self, port: u16, payload: &[u8], stamp_ns: u64) {
+        if payload.len() == PACKET_BYTES {
+            *self.ports.entry(port).or_default() += 1;
+            if port == self.port {
+                self.seen_data = true;
+                self.decoder.push(payload, stamp_ns, Cut::AtWrap, &mut self.report.read);
+                return;
+            }
+        }
+        let reason = match (port, OTHERS.iter().find(|(other, _)| *other == port)) {
+            _ if port == self.port => format!("UDP of {} bytes on port {port}", payload.len()),
+            (POSITION_PORT, _) => format!("position packet (UDP port {POSITION_PORT})"),
+            (_, Some((_, maker))) => {
+                format!("UDP on port {port}, as {maker} sensors send, whose packets are not decoded")
+            }
+            _ => format!("UDP on port {port}"),
+        };
+        self.report.read.skip(&self.source, reason, stamp_ns);
+    }
+
+    /// Which other ports data may have gone to.
+    fn hint(&self) -> String {
+        let ports: Vec<String> = self.ports.iter().map(|(port, count)| format!("{port} ({count})")).collect();
+        match self.ports.keys().next() {
+            Some(first) => format!(
+                "; packets of {PACKET_BYTES} bytes go to port {}: --port {first} takes these (`velodyne_port`)",
+                ports.join(", ")
+            ),
+            None => String::new(),
+        }
     }
 }
 
@@ -112,8 +153,8 @@ fn stamp_ns(packet: &RawPcapPacket, resolution: TsResolution) -> u64 {
     u64::from(packet.ts_sec) * 1_000_000_000 + u64::from(packet.ts_frac) * unit_ns
 }
 
-/// The payload of a packet to the data port, or what the packet is in its place.
-fn payload(bytes: &[u8], link: DataLink) -> std::result::Result<&[u8], String> {
+/// Destination port and payload of a UDP packet, or what the packet is in its place.
+fn udp(bytes: &[u8], link: DataLink) -> std::result::Result<(u16, &[u8]), String> {
     let sliced = match link {
         DataLink::ETHERNET => SlicedPacket::from_ethernet(bytes),
         DataLink::LINUX_SLL => SlicedPacket::from_linux_sll(bytes),
@@ -121,14 +162,9 @@ fn payload(bytes: &[u8], link: DataLink) -> std::result::Result<&[u8], String> {
         _ => SlicedPacket::from_ip(bytes),
     };
     let sliced = sliced.map_err(|_| String::from("a packet that is cut short or damaged"))?;
-    let Some(TransportSlice::Udp(udp)) = sliced.transport else {
-        return Err("a packet other than UDP".into());
-    };
-    match (udp.destination_port(), udp.payload()) {
-        (DATA_PORT, payload) if payload.len() == PACKET_BYTES => Ok(payload),
-        (DATA_PORT, payload) => Err(format!("UDP of {} bytes on port {DATA_PORT}", payload.len())),
-        (POSITION_PORT, _) => Err(format!("position packet (UDP port {POSITION_PORT})")),
-        (port, _) => Err(format!("UDP on port {port}")),
+    match sliced.transport {
+        Some(TransportSlice::Udp(udp)) => Ok((udp.destination_port(), udp.payload())),
+        _ => Err("a packet other than UDP".into()),
     }
 }
 

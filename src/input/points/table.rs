@@ -3,6 +3,9 @@
 use crate::base::Result;
 use crate::message::decode_error;
 
+/// What CloudCompare writes before names.
+const SCALAR: &str = "scalar_";
+
 /// How a number lies in bytes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Scalar {
@@ -68,6 +71,13 @@ pub(super) struct Column {
     pub(super) stride: usize,
 }
 
+/// Whether a field has a name, whatever its case; CloudCompare puts `scalar_` before any.
+pub(crate) fn is_named(field: &str, name: &str) -> bool {
+    let bare = field.get(..SCALAR.len()).filter(|start| start.eq_ignore_ascii_case(SCALAR));
+    let bare = bare.map_or(field, |_| &field[SCALAR.len()..]);
+    bare.eq_ignore_ascii_case(name)
+}
+
 /// A cloud of `height` rows of `width` points.
 #[derive(Debug)]
 pub(super) struct Table<'a> {
@@ -128,10 +138,9 @@ impl Table<'_> {
         column.scalar.read(&self.bytes[start..], self.big_endian)
     }
 
-    /// The first column with one of the names, by order of the names, whatever their case.
+    /// The first column with one of the names, by order of the names.
     pub(super) fn find(&self, names: &[&str]) -> Option<&Column> {
-        let named = |name: &&str| self.columns.iter().find(|column| column.name.eq_ignore_ascii_case(name));
-        names.iter().find_map(named)
+        names.iter().find_map(|name| self.columns.iter().find(|column| is_named(&column.name, name)))
     }
 
     /// The columns' names, for errors.

@@ -82,8 +82,8 @@ crate::params! {
         pub shift_y: i32,
         /// 1: nothing is remembered.
         pub forget: u32,
-        /// Unused.
-        pub pad: u32,
+        /// 1: a layer with any intensity counts fully, as only what stands has some.
+        pub standing: u32,
     }
 }
 
@@ -148,7 +148,7 @@ pub fn params(job: &LidarJob, moment: &Moment<'_>) -> Result<IntensityClassesPar
         origin_slot_x,
         origin_slot_y,
         resolution_m: single(config.scan_resolution_m),
-        gamma: single(config.gamma),
+        gamma: if moment.standing { 0.0 } else { single(config.gamma) },
         transparent_threshold: single(config.transparent_threshold),
         solid_value: single(solid_value(job)),
         keep_share: single(keep_share(config.transparent_decay_s, moment)?),
@@ -160,7 +160,7 @@ pub fn params(job: &LidarJob, moment: &Moment<'_>) -> Result<IntensityClassesPar
         shift_x,
         shift_y,
         forget: u32::from(moment.own_window.forget),
-        pad: 0,
+        standing: u32::from(moment.standing),
     })
 }
 

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use glam::{Vec2, Vec4};
 
 use crate::base::Result;
-use crate::config::MAX_TALL_LAYERS;
+use crate::config::{Config, MAX_TALL_LAYERS};
 use crate::gpu::{FrameInput, Invocations, Plan, ShaderSource};
 use crate::sensor::Point;
 use crate::stage::lidar::Placed;
@@ -73,6 +73,9 @@ pub const SECTOR_WORDS: u32 = 128 + 4;
 /// Fixed-point one of intensities, as in `shaders/lib/scan.wgsl`.
 pub const INTENSITY_STEPS: u32 = 4080;
 
+/// Height below all returns.
+const NO_FLOOR_M: f64 = -1e9;
+
 /// Vectors of four that hold the bounds of the tall layers.
 pub const HEIGHTS: usize = (MAX_TALL_LAYERS + 1).div_ceil(4);
 
@@ -115,12 +118,12 @@ crate::params! {
         pub half_thickness_m: f32,
         /// Intensity from which a return clears glass before it.
         pub clear_steps: u32,
+        /// 1: a return that stands counts as full scale, whatever its intensity.
+        pub standing: u32,
+        /// Height above the lidar up to which a return does not stand.
+        pub floor_m: f32,
         /// Unused.
-        pub pad0: u32,
-        /// Unused.
-        pub pad1: u32,
-        /// Unused.
-        pub pad2: u32,
+        pub pad: u32,
     }
 }
 
@@ -129,6 +132,13 @@ pub fn heights(job: &LidarJob) -> [Vec4; HEIGHTS] {
     let bounds = &job.config.layer_heights_m;
     let bound = |at: usize| single(bounds.get(at).or(bounds.last()).copied().unwrap_or(0.0));
     std::array::from_fn(|v| Vec4::new(bound(4 * v), bound(4 * v + 1), bound(4 * v + 2), bound(4 * v + 3)))
+}
+
+/// Height above a lidar at `lidar_z_m` of the map up to which a return is the floor's. Where the map's ground is no lower than
+/// that below the lidar, nothing is known of the floor: a lidar does not stand in it. Then every return stands.
+pub fn floor_m(config: &Config, lidar_z_m: f64) -> f64 {
+    let floor_m = config.ground_z_m + config.height_min_m - lidar_z_m;
+    if floor_m < 0.0 { floor_m } else { NO_FLOOR_M }
 }
 
 /// The parameters of one scan.
@@ -163,9 +173,9 @@ pub fn params(job: &LidarJob, moment: &Moment<'_>) -> Result<IntensityLayersPara
         below_m: single(-config.plane_below_m),
         half_thickness_m: single(config.plane_half_thickness_m),
         clear_steps: if clear_steps == 0 { u32::MAX } else { clear_steps },
-        pad0: 0,
-        pad1: 0,
-        pad2: 0,
+        standing: u32::from(moment.standing),
+        floor_m: single(floor_m(config, placed.lidar_z_m)),
+        pad: 0,
     })
 }
 

@@ -4,5 +4,6 @@ pub mod intensity_classes;
 pub mod intensity_layers;
 mod placed;
 pub mod planes;
+pub mod trust;
 
 pub use placed::{Placed, Turn};

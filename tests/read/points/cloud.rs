@@ -36,7 +36,7 @@ fn with_field(name: &str, datatype: u8, value: &[u8]) -> Scan {
 #[test]
 fn every_type_padding_and_byte_order_is_read() {
     // i16, u16, i8 and f64 at odd offsets, in a point of 20 bytes of which three are padding.
-    let fields: Fields = &[("X", 1, 3), ("y", 3, 4), ("z", 5, 1), ("reflectivity", 6, 8), ("line", 14, 2)];
+    let fields: Fields = &[("X", 1, 3), ("y", 3, 4), ("z", 5, 1), ("reflectivity", 6, 8), ("ring", 14, 2)];
     for big_endian in [false, true] {
         let order = |le: Vec<u8>| if big_endian { le.into_iter().rev().collect() } else { le };
         let point = |x: i16, y: u16, z: i8, intensity: f64, ring: u8| {
@@ -236,6 +236,51 @@ fn topics_are_found_by_type_or_stated() {
     without.depth(at_ms(0), 7);
     refused(
         read_bytes("depth.mcap", &without.finish()),
-        &["depth.mcap", "no point cloud", "/cam/depth/image_raw"],
+        &["depth.mcap", "no point cloud, laser scan", "/cam/depth/image_raw"],
     );
+}
+
+#[test]
+fn intensities_go_by_many_names_or_none() {
+    let named = |name: &str, options: &Options| {
+        let mut message = xyzi(&[[1.0, 2.0, 3.0, 44.0]]);
+        message.fields[3].name = name.into();
+        from_ros(message, options).unwrap()
+    };
+    let usual = Options::default();
+    let names =
+        ["intensity", "Intensity", "scalar_Intensity", "intensities", "reflectivity", "i", "I", "signal"];
+    for name in names.into_iter().chain(["reflectance", "remission"]) {
+        let scan = named(name, &usual);
+        assert!(scan.points[0].intensity == 44.0 && scan.columns.intensity, "{name}");
+    }
+    let scan = named("my_echo", &usual);
+    assert!(scan.points[0].intensity == 0.0 && !scan.columns.intensity);
+    let stated = Options { intensity_field: Some("my_echo".into()), ..Options::default() };
+    assert_eq!(named("my_echo", &stated).points[0].intensity, 44.0);
+    refused(from_ros(xyzi(&[[1.0; 4]]), &stated), &["no field `my_echo`", "its fields: x, y, z, intensity"]);
+    // Where all of them are NaN nothing was measured; one NaN among others is a bad point.
+    let nans = read(xyzi(&[[1.0, 2.0, 3.0, f32::NAN], [4.0, 5.0, 6.0, f32::NAN]])).unwrap();
+    assert!(nans.points.len() == 2 && !nans.columns.intensity);
+    let one = read(xyzi(&[[1.0, 2.0, 3.0, f32::NAN], [4.0, 5.0, 6.0, 7.0]])).unwrap();
+    assert!(one.points.len() == 1 && one.columns.intensity);
+}
+
+#[test]
+fn a_line_or_a_laser_is_no_ring() {
+    for name in ["line", "laser"] {
+        assert!(!with_field(name, 2, &[3]).columns.ring, "{name}");
+    }
+    assert!(with_field("ring", 2, &[3]).columns.ring && with_field("channel", 2, &[3]).columns.ring);
+}
+
+#[test]
+fn a_cloud_of_many_points_is_refused_before_it_is_unpacked() {
+    let mut message = xyzi(&[[1.0; 4]]);
+    (message.width, message.height) = (30_000_000, 1);
+    let head = limpid::message::ros2::encode_cdr(CLOUD, &message).unwrap();
+    let mut recorder = Recorder::new();
+    recorder.bytes("/points", CLOUD, "cdr", at_ms(0), &head);
+    let (scans, report) = read_bytes("large.mcap", &recorder.finish()).unwrap();
+    assert!(scans.is_empty() && report.read.skipped[0].reason.contains("30000000 points"), "{report:?}");
 }

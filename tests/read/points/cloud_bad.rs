@@ -19,7 +19,7 @@ fn wrong(change: impl FnOnce(&mut PointCloud2), parts: &[&str]) {
 
 #[test]
 fn clouds_without_a_needed_field_are_refused() {
-    for (at, name) in ["x", "y", "z", "intensity"].iter().enumerate() {
+    for (at, name) in ["x", "y", "z"].iter().enumerate() {
         wrong(|message| drop(message.fields.remove(at)), &[&format!("no field `{name}`"), "its fields: "]);
     }
     wrong(|message| message.fields.clear(), &["no field `x`", "there are none"]);

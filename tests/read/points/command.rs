@@ -87,3 +87,35 @@ fn inputs_without_scans_fail_and_say_why() {
     fails(&points(&["testdata/room.mcap"]), 1, &["testdata/room.mcap", "no point cloud"]);
     fails(&points(&["testdata/room.mcap", "--topic", "/x"]), 2, &["`topic`", "`/x`"]);
 }
+
+#[test]
+fn packets_on_another_port_are_named_and_taken_on_request() {
+    let folder = tempfile::tempdir().unwrap();
+    let frames: Vec<Vec<u8>> = turning(160, VLP16).iter().map(|packet| frame(2370, packet)).collect();
+    let input = file(folder.path(), "drive.pcap", &capture(&frames));
+    fails(&points(&[&input]), 1, &["UDP port 2368", "port 2370 (160)", "--port 2370", "velodyne_port"]);
+    let output = points(&[&input, "--port", "2370"]);
+    let text = String::from_utf8_lossy(&output.stdout);
+    assert!(output.status.success() && text.contains("3 scans, 61440 points"), "{text}");
+    let ouster = file(folder.path(), "ouster.pcap", &capture(&[frame(7502, &[0; 6464])]));
+    fails(&points(&[&ouster]), 1, &["port 7502", "Ouster", "not decoded"]);
+}
+
+#[test]
+fn packets_of_other_velodyne_sensors_are_refused_by_name() {
+    let folder = tempfile::tempdir().unwrap();
+    for (flags, byte, sensor) in
+        [([0xee, 0xdd], 0x02, "HDL-64E"), ([0xee, 0xdd], 0xa1, "VLS-128"), ([0xcc, 0xbb], 0x00, "VLS-128")]
+    {
+        let mut packets = turning(20, VLP16);
+        for packet in &mut packets {
+            packet[..1200].chunks_mut(100).enumerate().for_each(|(at, block)| block[1] = flags[at % 2]);
+            packet[1205] = byte;
+        }
+        let input = file(folder.path(), "other.pcap", &capture_packets(&packets));
+        let output = points(&[&input]);
+        let text = String::from_utf8_lossy(&output.stdout);
+        assert!(!output.status.success() && text.contains(sensor) && text.contains("not decoded"), "{text}");
+        assert!(text.contains("VLP-16, Puck Hi-Res, HDL-32E and VLP-32C are"), "{text}");
+    }
+}

@@ -3,11 +3,12 @@
 
 use limpid::input::ReadReport;
 use limpid::input::points::velodyne::{Cut, Decoder, ScanMessage};
-use limpid::input::points::{Options, cloud, pcd, ply};
+use limpid::input::points::{Options, cloud, laser, livox, pcd, ply};
 use limpid::message::foxglove;
 use limpid::message::foxglove::decode_protobuf;
+use limpid::message::lidar::{CustomMsg, CustomPoint, LaserEcho, LaserScan, MultiEchoLaserScan};
 use limpid::message::ros1;
-use limpid::message::ros2::{PointCloud2, PointField, decode_cdr, encode_cdr};
+use limpid::message::ros2::{Header, PointCloud2, PointField, decode_cdr, encode_cdr};
 use limpid::sensor::Scan;
 use limpid::sensor::VelodyneModel as Model;
 use prop::collection::vec;
@@ -39,7 +40,14 @@ fn decode_all(bytes: &[u8]) -> bool {
     let packets = [ScanMessage::from_cdr(bytes), ScanMessage::from_ros1(bytes)];
     let bounded =
         |message: limpid::Result<ScanMessage>| message.map_or(0, |m| m.packets.len()) * 1214 <= size;
-    [cdr, ros1, foxglove].into_iter().chain(files).all(|scan| sound(scan, size))
+    let flat = [decode_cdr("", bytes), ros1::decode("", bytes)]
+        .map(|message| message.and_then(laser::from_laser_scan));
+    let multi = [decode_cdr("", bytes), ros1::decode("", bytes)]
+        .map(|message| message.and_then(laser::from_multi_echo));
+    let livox = [decode_cdr("", bytes), ros1::decode("", bytes)]
+        .map(|message| message.and_then(livox::from_custom_msg));
+    let lidars = flat.into_iter().chain(multi).chain(livox);
+    [cdr, ros1, foxglove].into_iter().chain(files).chain(lidars).all(|scan| sound(scan, size))
         && packets.into_iter().all(bounded)
 }
 
@@ -103,6 +111,42 @@ proptest! {
         let ply = b"ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\n\
                     property float i\nend_header\n1 2 3 4\n";
         prop_assert!(decode_all(&changed(ply.to_vec(), &changes)));
+    }
+
+    #[test]
+    fn changed_flat_scans_and_livox_clouds_do_not_panic(
+        changes in vec((any::<prop::sample::Index>(), any::<u8>()), 0..12),
+        cut in any::<prop::sample::Index>(),
+        which in 0..3_usize,
+    ) {
+        let header = Header::new(at_ms(0), "lidar");
+        let ranges = vec![1.0_f32; 40];
+        let flat = LaserScan {
+            header: header.clone(),
+            angle_increment: 0.1,
+            range_max: 9.0,
+            ranges: ranges.clone(),
+            intensities: ranges.clone(),
+            ..LaserScan::default()
+        };
+        let multi = MultiEchoLaserScan {
+            header: header.clone(),
+            angle_increment: 0.1,
+            range_max: 9.0,
+            ranges: vec![LaserEcho { echoes: vec![1.0, 2.0] }; 20],
+            intensities: vec![LaserEcho { echoes: vec![1.0, 2.0] }; 20],
+            ..MultiEchoLaserScan::default()
+        };
+        let points = vec![CustomPoint { x: 1.0, ..CustomPoint::default() }; 20];
+        let livox = CustomMsg { header, timebase: at_ms(0), point_num: 20, points, ..CustomMsg::default() };
+        let bytes = match which {
+            0 => encode_cdr("", &flat),
+            1 => encode_cdr("", &multi),
+            _ => encode_cdr("", &livox),
+        };
+        let bytes = changed(bytes.unwrap(), &changes);
+        let cut = bytes.len() - cut.index(bytes.len() / 4);
+        prop_assert!(decode_all(&bytes[..cut]));
     }
 
     #[test]

@@ -6,9 +6,11 @@ mod command;
 mod endless;
 mod files;
 mod hostile;
+mod laser;
 mod make;
 mod model;
 mod real;
+mod times;
 mod velodyne;
 
 use std::path::Path;

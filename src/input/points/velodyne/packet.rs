@@ -17,6 +17,9 @@ const BLOCK_BYTES: usize = 4 + 3 * CHANNELS;
 /// First bytes of every block of these models.
 const BLOCK_FLAG: [u8; 2] = [0xff, 0xee];
 
+/// Last byte of a VLS-128's packets.
+const VLS128_BYTE: u8 = 0xa1;
+
 /// Hundredths of a degree in a turn.
 pub(super) const TURN: u16 = 36_000;
 
@@ -48,6 +51,11 @@ impl Packet {
         let bytes: Box<[u8; PACKET_BYTES]> = Box::<[u8]>::from(payload)
             .try_into()
             .map_err(|_| refuse(format!("{} bytes in place of {PACKET_BYTES}", payload.len())))?;
+        if let Some(sensor) = other_sensor(&bytes) {
+            return Err(refuse(format!(
+                "it is a packet of {sensor}, which is not decoded (VLP-16, Puck Hi-Res, HDL-32E and VLP-32C are): use the point cloud of its driver"
+            )));
+        }
         let mode = match bytes[PACKET_BYTES - 2] {
             0x37 => ReturnMode::Strongest,
             0x38 => ReturnMode::Last,
@@ -105,6 +113,20 @@ impl Packet {
 
     fn block(&self, block: usize) -> &[u8] {
         &self.bytes[block * BLOCK_BYTES..][..BLOCK_BYTES]
+    }
+}
+
+/// The sensor whose blocks start otherwise: the lower lasers of an HDL-64E, and lasers from 32 on of a VLS-128 (Alpha Prime).
+fn other_sensor(bytes: &[u8; PACKET_BYTES]) -> Option<&'static str> {
+    let flags = || bytes[..BLOCKS * BLOCK_BYTES].chunks_exact(BLOCK_BYTES).map(|block| [block[0], block[1]]);
+    if !flags().all(|[first, second]| first == 0xff && [0xee, 0xdd, 0xcc, 0xbb].contains(&second)) {
+        return None;
+    }
+    let has = |second: u8| flags().any(|flag| flag[1] == second);
+    match (has(0xcc) || has(0xbb) || bytes[PACKET_BYTES - 1] == VLS128_BYTE, has(0xdd)) {
+        (true, _) => Some("a VLS-128 (Alpha Prime)"),
+        (false, true) => Some("an HDL-64E"),
+        (false, false) => None,
     }
 }
 

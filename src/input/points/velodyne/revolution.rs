@@ -208,7 +208,7 @@ fn new_scan(frame_id: &str, stamp_ns: u64, points: usize) -> Scan {
         frame_id: frame_id.into(),
         // The next revolution has a few in a hundred more or less.
         points: Vec::with_capacity(points + points / 16),
-        columns: Columns { ring: true, column: true, time: true, return_type: true, label: false },
+        columns: Columns { ring: true, column: true, time: true, return_type: true, ..Columns::default() },
         dropped: Dropped::default(),
     }
 }

@@ -1,0 +1,63 @@
+//! What the first message of a cloud topic says of it: enough to choose between topics, and to tell a camera's own cloud.
+
+use crate::input::log::topics::Kind;
+use crate::input::points::cloud;
+use crate::message::{bare_frame, foxglove, ros2};
+
+/// Frames of maps: a cloud in one of these is put together from scans, and does not lie in its sensor's frame.
+const MAP_FRAMES: [&str; 5] = ["map", "odom", "world", "camera_init", "earth"];
+
+/// See the module.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub(super) struct Layout {
+    frame_id: String,
+    /// Names of fields.
+    fields: Vec<String>,
+}
+
+impl Layout {
+    /// Of a message; `None` where it is not a cloud, or cannot be read.
+    pub(super) fn of(kind: Kind, payload: &[u8]) -> Option<Self> {
+        match kind {
+            Kind::RosPointCloud(wire) => {
+                let message: ros2::PointCloud2 = wire.decode("sensor_msgs/PointCloud2", payload).ok()?;
+                let fields = message.fields.into_iter().map(|field| field.name).collect();
+                Some(Self { frame_id: bare_frame(message.header.frame_id), fields })
+            }
+            Kind::FoxglovePointCloud => {
+                let message: foxglove::PointCloud =
+                    foxglove::decode_protobuf("foxglove.PointCloud", payload).ok()?;
+                let fields = message.fields.into_iter().map(|field| field.name).collect();
+                Some(Self { frame_id: message.frame_id, fields })
+            }
+            _ => None,
+        }
+    }
+
+    fn has(&self, names: &[&str]) -> bool {
+        cloud::find_field(&self.fields, names).is_some()
+    }
+
+    fn is_placed(&self) -> bool {
+        ["x", "y", "z"].iter().all(|name| self.has(&[name]))
+    }
+
+    /// Whether it looks like the cloud that a camera's driver makes of its depth images.
+    pub(super) fn is_of_camera(&self) -> bool {
+        let colored = self.has(&["rgb", "rgba"]) || self.has(&["r"]) && self.has(&["g"]) && self.has(&["b"]);
+        let of_lidar = self.has(cloud::INTENSITY) || self.has(cloud::RING);
+        !of_lidar && (colored || self.frame_id.ends_with("optical_frame"))
+    }
+
+    /// What it lacks, the gravest first: the least is the best.
+    pub(super) fn lacks(&self) -> [bool; 6] {
+        [
+            !self.is_placed(),
+            self.is_of_camera(),
+            MAP_FRAMES.contains(&self.frame_id.as_str()),
+            !self.has(cloud::INTENSITY),
+            !self.has(cloud::TIME),
+            !self.has(cloud::RING),
+        ]
+    }
+}
