@@ -6,8 +6,8 @@ use limpid::base::Rigid;
 use limpid::config::MAX_POINTS;
 use limpid::config::{PlaneSource, SolidBy};
 use limpid::map::CellClass;
-use limpid::sensor::Point;
-use limpid::sensor::SensorPose;
+use limpid::sensor::{BeamGrid, Point, SensorPose};
+use limpid::stage::lidar::planes::plane_rings;
 use limpid::{Config, Error};
 
 use crate::support::gpu::skipped;
@@ -56,6 +56,27 @@ fn what_the_first_scan_lacks_is_named() {
     let rings = Config { plane_source: PlaneSource::Rings, ..Config::default() };
     refused(&rings, &bare, "plane_source rings needs two");
     refused(&Config { gamma: -1.0, ..Config::default() }, &bare, "gamma");
+}
+
+#[test]
+fn numbers_that_are_no_rings_are_not_taken_for_them() {
+    // Each of four lasers draws a rosette over 50 degrees of elevation; then each is a ring of its own.
+    let scan_of = |elevation: fn(f64) -> f64| {
+        let points = (0..400_u16).map(|at| {
+            let (turn, up) = (f64::from(at) * 0.05, elevation(f64::from(at)));
+            Point { ring: at % 4, ..point([3.0 * turn.cos(), 3.0 * turn.sin(), 3.0 * up.tan()], 90.0) }
+        });
+        scan(0, points.collect())
+    };
+    let rosette = scan_of(|at| (at * 0.37).sin() * 0.45);
+    let rings = scan_of(|at| 0.03 * (at % 4.0) - 0.04);
+    let config = Config::default();
+    assert_eq!(plane_rings(&config, &rosette).unwrap(), None);
+    assert_eq!(plane_rings(&config, &rings).unwrap(), Some([1, 0]));
+    assert!(!BeamGrid::of_scan(&rosette).unwrap().by_ring && BeamGrid::of_scan(&rings).unwrap().by_ring);
+    let by_rings = Config { plane_source: PlaneSource::Rings, ..config };
+    let error = plane_rings(&by_rings, &rosette).unwrap_err().to_string();
+    assert!(error.contains("0 rings of steady elevation"), "{error}");
 }
 
 #[test]

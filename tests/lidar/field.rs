@@ -2,7 +2,11 @@
 
 use std::path::Path;
 
+use limpid::message::lidar::{CustomMsg, CustomPoint, LaserScan};
+use limpid::message::ros2::Header;
+
 use crate::cli::{fails, limpid, succeeds};
+use crate::read::synthetic::{Recorder, at_ms};
 use crate::support::data_dir;
 use crate::support::gpu::skipped;
 
@@ -66,4 +70,76 @@ fn a_lidar_s_user_reads_of_lidars() {
     let output = limpid(&["run", Path::new(&path).to_str().unwrap()]);
     fails(&output, 1, &["Velodyne data packets"]);
     assert!(!String::from_utf8_lossy(&output.stderr).contains("depth"), "{output:?}");
+}
+
+const NO_ROTATION: [f64; 4] = [0.0, 0.0, 0.0, 1.0];
+
+/// A robot that stands still with a lidar 0.3 m above the ground.
+fn standing() -> Recorder {
+    let mut recorder = Recorder::new();
+    recorder.transform("/tf_static", at_ms(0), ["base_link", "lidar"], [0.0, 0.0, 0.3], NO_ROTATION);
+    for ms in [0, 100, 200] {
+        recorder.transform("/tf", at_ms(ms), ["map", "base_link"], [0.0; 3], NO_ROTATION);
+    }
+    recorder
+}
+
+#[test]
+fn a_flat_scan_marks_what_it_meets_and_clears_the_way_to_it() {
+    if skipped() {
+        return;
+    }
+    // All around 2 m away, but nothing came back of the rays to the left.
+    let ranges = (0..720).map(|ray| if (170..190).contains(&ray) { f32::INFINITY } else { 2.0 });
+    let message = LaserScan {
+        header: Header::new(at_ms(100), "lidar"),
+        angle_min: 0.0,
+        angle_max: std::f32::consts::TAU,
+        angle_increment: std::f32::consts::TAU / 720.0,
+        range_min: 0.1,
+        range_max: 12.0,
+        ranges: ranges.collect(),
+        ..LaserScan::default()
+    };
+    let mut recorder = standing();
+    recorder.ros("/scan", "sensor_msgs/msg/LaserScan", at_ms(100), &message);
+    let saved = recorder.save();
+    let path = saved.path.to_str().unwrap();
+    let text = succeeds(&limpid(&["run", path]));
+    // A circle of 2 m crosses some 160 cells of 0.1 m and holds 1256, of which inflation takes a part.
+    assert!((120..200).contains(&cells(&text, "solid")), "{text}");
+    assert!(
+        (900..1256).contains(&(cells(&text, "free") + cells(&text, "inflated")))
+            && cells(&text, "transparent") == 0,
+        "{text}"
+    );
+    let why = |at: &str| succeeds(&limpid(&["why", path, "--at", at]));
+    assert!(why("2.0,0.05").contains("solid") && why("1.0,0.05").starts_with('0'), "{}", why("1.0,0.05"));
+    assert!(
+        why("0.05,1.5").contains("unknown"),
+        "nothing is known of rays that do not come back: {}",
+        why("0.05,1.5")
+    );
+}
+
+#[test]
+fn a_livox_message_makes_walls_solid() {
+    if skipped() {
+        return;
+    }
+    let point = |at: usize| {
+        let [y, z] = [at % 40, at / 40].map(|step| step as f32 * 0.05);
+        let place =
+            CustomPoint { x: 2.05, y: y - 1.0, z: z - 0.2, reflectivity: 30, ..CustomPoint::default() };
+        CustomPoint { offset_time: 1000 * at as u32, line: (at % 4) as u8, ..place }
+    };
+    let points: Vec<CustomPoint> = (0..400).map(point).collect();
+    let header = Header::new(at_ms(100), "lidar");
+    let message = CustomMsg { header, timebase: at_ms(100), point_num: 400, points, ..CustomMsg::default() };
+    let mut recorder = standing();
+    recorder.ros("/livox/lidar", "livox_ros_driver2/msg/CustomMsg", at_ms(100), &message);
+    let saved = recorder.save();
+    let text = succeeds(&limpid(&["run", saved.path.to_str().unwrap()]));
+    assert!(cells(&text, "solid") >= 20 && cells(&text, "passable") == 0, "{text}");
+    assert!(text.contains("slabs") && text.contains("nothing is passable"), "{text}");
 }

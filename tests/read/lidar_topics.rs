@@ -117,6 +117,16 @@ fn packets_that_are_not_decoded_are_named_and_what_to_record() {
 }
 
 #[test]
+fn packets_of_images_are_no_lidar() {
+    for schema in ["theora_image_transport/msg/Packet", "ffmpeg_image_transport_msgs/msg/FFMPEGPacket"] {
+        let mut recorder = Recorder::new();
+        recorder.bytes("/cam/packets", schema, "cdr", at_ms(0), &[0, 1, 0, 0]);
+        let output = limpid(&["run", recorder.save().path.to_str().unwrap()]);
+        fails(&output, 1, &["no depth image"]);
+    }
+}
+
+#[test]
 fn a_lidar_alone_that_gives_nothing_is_told_of_in_its_words() {
     let saved = recording(&[("/points", "lidar", &["x", "y"])], false);
     let output = limpid(&["run", saved.path.to_str().unwrap()]);

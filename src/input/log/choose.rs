@@ -10,7 +10,8 @@ use crate::input::log::lidar::{self, LogLidar};
 use crate::input::log::motion::Motion;
 use crate::input::log::reading::{Log, channels_of};
 use crate::input::log::sensor::{LogSensor, Reader};
-use crate::input::log::topics::{Channels, Kind, Topics, find_depth, missing_scans, shared_names};
+use crate::input::log::topics::{Channels, Kind, Topics, find_depth, shared_names};
+use crate::input::log::unread::missing_scans;
 use crate::input::points::Options;
 
 /// What a log of messages holds, as far as choosing a path goes.

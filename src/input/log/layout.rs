@@ -1,6 +1,8 @@
 //! What the first message of a cloud topic says of it: enough to choose between topics, and to tell a camera's own cloud.
 
-use crate::input::log::topics::Kind;
+use std::collections::BTreeSet;
+
+use crate::input::log::topics::{Channel, Channels, Kind, find_depth};
 use crate::input::points::cloud;
 use crate::message::{bare_frame, foxglove, ros2};
 
@@ -59,5 +61,30 @@ impl Layout {
             !self.has(cloud::TIME),
             !self.has(cloud::RING),
         ]
+    }
+}
+
+impl Channels {
+    /// The channels whose first message says what their topic is: clouds, where there are others or a camera beside them.
+    pub(super) fn to_look_at(&self) -> BTreeSet<u32> {
+        let is_cloud = |kind| matches!(kind, Kind::RosPointCloud(_) | Kind::FoxglovePointCloud);
+        if self.of_kind(Kind::is_scan).count() < 2 && find_depth(self).is_none() {
+            return BTreeSet::new();
+        }
+        let clouds = self.by_id.iter().filter(|(_, c)| c.kind.is_some_and(is_cloud) && c.messages != Some(0));
+        clouds.map(|(id, _)| *id).collect()
+    }
+
+    /// Takes in the first message of a channel.
+    pub(super) fn look_at(&mut self, id: u32, payload: &[u8]) {
+        let Some(Channel { topic, kind: Some(kind), .. }) = self.by_id.get(&id) else { return };
+        if let Some(layout) = Layout::of(*kind, payload) {
+            self.layouts.insert(topic.clone(), layout);
+        }
+    }
+
+    /// What the first message of a topic said of it, where it was looked at.
+    pub(super) fn layout(&self, topic: &str) -> Option<&Layout> {
+        self.layouts.get(topic)
     }
 }

@@ -1,6 +1,6 @@
 //! Which channels of a recording are what: by configuration, else by message type and name.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use serde::de::DeserializeOwned;
@@ -9,7 +9,6 @@ use crate::base::{Error, Result};
 use crate::config::Config;
 use crate::input::log::layout::Layout;
 use crate::input::log::records::Record;
-use crate::input::log::unread::packets_of;
 use crate::message::{ros1, ros2};
 
 /// How ROS messages are written.
@@ -127,11 +126,11 @@ impl Kind {
 pub(super) struct Channel {
     pub(super) topic: String,
     pub(super) kind: Option<Kind>,
-    schema: String,
+    pub(super) schema: String,
     /// Schema and message encoding, for messages to the user.
     type_name: String,
     /// Where the summary says how many.
-    messages: Option<u64>,
+    pub(super) messages: Option<u64>,
 }
 
 impl Channel {
@@ -146,9 +145,9 @@ impl Channel {
 #[derive(Debug, Clone, Default)]
 pub(super) struct Channels {
     schemas: BTreeMap<u16, String>,
-    by_id: BTreeMap<u32, Channel>,
+    pub(super) by_id: BTreeMap<u32, Channel>,
     /// Of clouds, by topic, where it takes these to choose.
-    layouts: BTreeMap<String, Layout>,
+    pub(super) layouts: BTreeMap<String, Layout>,
 }
 
 impl Channels {
@@ -191,39 +190,6 @@ impl Channels {
     /// Whether there is such a topic.
     pub(super) fn has(&self, topic: &str) -> bool {
         self.by_id.values().any(|channel| channel.topic == topic)
-    }
-
-    /// The channels whose first message says what their topic is: clouds, where there are others or a camera beside them.
-    pub(super) fn to_look_at(&self) -> BTreeSet<u32> {
-        let is_cloud = |kind| matches!(kind, Kind::RosPointCloud(_) | Kind::FoxglovePointCloud);
-        if self.of_kind(Kind::is_scan).count() < 2 && find_depth(self).is_none() {
-            return BTreeSet::new();
-        }
-        let clouds = self.by_id.iter().filter(|(_, c)| c.kind.is_some_and(is_cloud) && c.messages != Some(0));
-        clouds.map(|(id, _)| *id).collect()
-    }
-
-    /// Takes in the first message of a channel.
-    pub(super) fn look_at(&mut self, id: u32, payload: &[u8]) {
-        let Some(Channel { topic, kind: Some(kind), .. }) = self.by_id.get(&id) else { return };
-        if let Some(layout) = Layout::of(*kind, payload) {
-            self.layouts.insert(topic.clone(), layout);
-        }
-    }
-
-    /// What the first message of a topic said of it, where it was looked at.
-    pub(super) fn layout(&self, topic: &str) -> Option<&Layout> {
-        self.layouts.get(topic)
-    }
-
-    /// Topics with packets of lidars that are not decoded, in words.
-    pub(super) fn unread_packets(&self) -> Vec<String> {
-        let unread = self.by_id.values().filter(|channel| channel.kind.is_none());
-        let words = unread.filter_map(|channel| {
-            let sensor = packets_of(&channel.schema)?;
-            Some(format!("{} ({}: packets of {sensor})", channel.topic, channel.schema))
-        });
-        words.collect()
     }
 
     /// These without some topics.
@@ -346,19 +312,6 @@ impl Topics {
             or(&self.odometry, "from tf"),
         )
     }
-}
-
-/// Why a log has no scans.
-pub(super) fn missing_scans(path: &Path, key: &str, channels: &Channels) -> Error {
-    let unread = channels.unread_packets();
-    if unread.is_empty() {
-        return missing(path, "point cloud, laser scan or Velodyne packets", key, channels);
-    }
-    let reason = format!(
-        "holds {}, which are not decoded, and no scans: record the point clouds of the sensor's driver (sensor_msgs/PointCloud2) beside them or in their place",
-        unread.join(", ")
-    );
-    Error::Format { path: path.into(), reason }
 }
 
 pub(super) fn missing(path: &Path, what: &str, key: &str, channels: &Channels) -> Error {

@@ -177,7 +177,7 @@ fn foxglove_clouds_of_wrong_sizes_are_refused() {
     refused(wrong(|message| message.data.truncate(31)), &["31 bytes", "points of 16"]);
     refused(wrong(|message| message.fields[1].r#type = 77), &["field `y`", "unknown type"]);
     refused(wrong(|message| message.timestamp = None), &["stamp"]);
-    refused(wrong(|message| message.fields.truncate(3)), &["foxglove.PointCloud", "intensity"]);
+    refused(wrong(|message| message.fields.truncate(2)), &["foxglove.PointCloud", "no field `z`"]);
 }
 
 /// As ROS 1 has it.

@@ -123,10 +123,13 @@ fn other_sensor(bytes: &[u8; PACKET_BYTES]) -> Option<&'static str> {
         return None;
     }
     let has = |second: u8| flags().any(|flag| flag[1] == second);
-    match (has(0xcc) || has(0xbb) || bytes[PACKET_BYTES - 1] == VLS128_BYTE, has(0xdd)) {
-        (true, _) => Some("a VLS-128 (Alpha Prime)"),
-        (false, true) => Some("an HDL-64E"),
-        (false, false) => None,
+    let four_groups = has(0xcc) || has(0xbb);
+    let two_groups = has(0xdd);
+    match bytes[PACKET_BYTES - 1] {
+        _ if four_groups => Some("a VLS-128 (Alpha Prime)"),
+        VLS128_BYTE if two_groups => Some("a VLS-128 (Alpha Prime)"),
+        _ if two_groups => Some("an HDL-64E"),
+        _ => None,
     }
 }
 
