@@ -34,7 +34,10 @@ fn digest_of(observation: &Observation) -> String {
         SensorData::Frame(frame) => digest(&format!("{frame:?}")),
         SensorData::Scan(scan) => {
             let pose = pose.map(|pose| (pose.map_from_base, pose.base_from_sensor, pose.sweep));
-            digest(&format!("{scan:?} {map_frame:?} {pose:?} {goal_m:?}"))
+            // As scans were before they told of absent intensities and of clocks.
+            let scan = format!("{scan:?}").replace("Columns { intensity: true, ", "Columns { ");
+            let scan = scan.replace(", clock: Stamp", "");
+            digest(&format!("{scan} {map_frame:?} {pose:?} {goal_m:?}"))
         }
     }
 }
@@ -48,7 +51,7 @@ fn stored_digests() -> BTreeMap<String, Vec<String>> {
 fn single_sensors_give_what_their_readers_gave() {
     let stored = stored_digests();
     assert!(stored.len() > 20);
-    let mut compared = 0;
+    let (mut compared, mut different) = (0, BTreeMap::new());
     for (name, expected) in stored {
         let is_own = name.starts_with("testdata");
         let path = if is_own { Some(name.clone().into()) } else { data_dir(&name) };
@@ -56,9 +59,13 @@ fn single_sensors_give_what_their_readers_gave() {
         let mut source = open_source(&path, &Config::default()).unwrap();
         assert_eq!(source.sensors().len(), 1, "{name}");
         let first = std::iter::from_fn(|| source.next().unwrap()).take(5);
-        assert_eq!(first.map(|o| digest_of(&o)).collect::<Vec<_>>(), expected, "{name}");
+        let found: Vec<String> = first.map(|o| digest_of(&o)).collect();
+        if found != expected {
+            different.insert(name, found);
+        }
         compared += 1;
     }
+    assert!(different.is_empty(), "{different:#?}");
     assert!(compared > 0);
 }
 

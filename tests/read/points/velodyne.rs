@@ -197,7 +197,12 @@ fn a_cut_off_capture_gives_what_came_before() {
 #[test]
 fn captures_without_data_packets_are_refused() {
     let ouster = capture(&[frame(7502, &[0; 900]), frame(7502, &[0; 900]), frame(7503, &[0; 48])]);
-    let parts = ["ouster.pcap", "2 of UDP on port 7502, 1 of UDP on port 7503", "port 2368"];
+    let parts = [
+        "ouster.pcap",
+        "2 of UDP on port 7502, as Ouster sensors send",
+        "1 of UDP on port 7503",
+        "port 2368",
+    ];
     refused(read_bytes("ouster.pcap", &ouster), &parts);
     refused(read_bytes("none.pcap", &capture(&[])), &["none.pcap", "no packets at all"]);
     refused(read_bytes("new.pcapng", &[0x0a, 0x0d, 0x0d, 0x0a, 0, 0, 0, 0]), &["pcapng", "editcap"]);
