@@ -12,7 +12,7 @@ use super::{Common, save};
 
 #[derive(Debug, Args)]
 pub(crate) struct BenchArguments {
-    /// MCAP file, ROS 1 bag, TUM folder or folder with a still pair; frames are read into memory first
+    /// MCAP file, rosbag2 folder or .db3, ROS 1 bag, TUM folder or folder with a still pair; frames are read into memory first
     input: PathBuf,
     #[command(flatten)]
     common: Common,

@@ -13,7 +13,7 @@ use limpid::{Error, Result};
 
 #[derive(Debug, Args)]
 pub(crate) struct PointsArguments {
-    /// MCAP file, ROS 1 bag, Velodyne pcap, PLY or PCD file, or a folder of PLY and PCD files
+    /// MCAP file, rosbag2 folder or .db3, ROS 1 bag, Velodyne pcap or pcapng, PLY or PCD file, or a folder of PLY and PCD files
     input: PathBuf,
     /// Folder for the scans, NNNNNN.ply each; left out, scans are only decoded and counted
     #[arg(short, long, value_name = "DIR")]

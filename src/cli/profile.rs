@@ -12,7 +12,7 @@ use super::{Common, save};
 
 #[derive(Debug, Args)]
 pub(crate) struct ProfileArguments {
-    /// MCAP file, ROS 1 bag, TUM folder or folder with a still pair
+    /// MCAP file, rosbag2 folder or .db3, ROS 1 bag, TUM folder or folder with a still pair
     input: PathBuf,
     #[command(flatten)]
     common: Common,

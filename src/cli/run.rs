@@ -20,7 +20,7 @@ use super::{Common, parse_range, save};
 
 #[derive(Debug, Args)]
 pub(crate) struct RunArguments {
-    /// MCAP file, ROS 1 bag, TUM folder or folder with a still pair; lidar: also pcap, PLY, PCD or a folder of these
+    /// MCAP file, rosbag2 folder or .db3, ROS 1 bag, TUM folder or folder with a still pair; lidar: also pcap, pcapng, PLY, PCD or a folder of these
     pub(super) input: PathBuf,
     #[command(flatten)]
     pub(super) common: Common,

@@ -12,7 +12,7 @@ use super::Common;
 
 #[derive(Debug, Args)]
 pub(crate) struct TargetsArguments {
-    /// Recordings with colour and poses: MCAP files, ROS 1 bags, TUM folders
+    /// Recordings with colour and poses: MCAP files, rosbag2 folders and .db3 files, ROS 1 bags, TUM folders
     #[arg(required = true)]
     inputs: Vec<PathBuf>,
     /// Write NAME.safetensors into this folder for each recording

@@ -10,13 +10,13 @@ use std::path::Path;
 use bzip2::read::BzDecoder;
 
 use crate::base::Result;
-use crate::input::log::{LogFile, Record, Records};
+use crate::input::log::{LogFile, MAX_MESSAGE_BYTES, Record, Records, too_large};
 
 /// First bytes of a bag of the version that is read.
 pub(crate) const MAGIC: &[u8] = b"#ROSBAG V2.0\n";
 
-/// Largest message and largest packed chunk that is read, bytes.
-const MAX_RECORD_BYTES: u64 = 512 << 20;
+/// Largest chunk that is read, packed or not, bytes.
+const MAX_CHUNK_BYTES: u64 = 512 << 20;
 
 /// Longest header of a record, bytes; message definitions are not part of it.
 const MAX_HEADER_BYTES: u64 = 1 << 20;
@@ -107,21 +107,29 @@ impl Head {
         }
     }
 
+    fn is_too_large(&self) -> bool {
+        self.data_bytes > MAX_MESSAGE_BYTES
+    }
+
+    /// What to tell of a message that is wanted and passed over; `place`: where it lies.
+    fn note(&self, place: &str, wanted: &dyn Fn(u32) -> bool) -> Option<String> {
+        let is_wanted = self.op == op::MESSAGE && self.fields.number("conn").is_some_and(wanted);
+        (is_wanted && self.is_too_large()).then(|| too_large(self.data_bytes, place))
+    }
+
     /// The record, where it is of use; its data is gone through in any case.
     fn record(self, from: &mut dyn Read, wanted: &dyn Fn(u32) -> bool) -> Result<Option<Record>, Fault> {
         let connection = self.fields.number("conn");
         match (self.op, connection) {
-            (op::MESSAGE, Some(channel_id)) if wanted(channel_id) => {
-                if self.data_bytes > MAX_RECORD_BYTES {
-                    return damaged("a message is larger than 512 MiB");
-                }
+            (op::MESSAGE, Some(channel_id)) if wanted(channel_id) && !self.is_too_large() => {
                 let data = read_exactly(from, self.data_bytes)?;
                 Ok(Some(Record::Message { channel_id, log_time_ns: self.fields.time_ns(), data }))
             }
-            (op::CONNECTION, Some(id)) if self.data_bytes <= MAX_RECORD_BYTES => {
+            (op::CONNECTION, Some(id)) if !self.is_too_large() => {
                 let about = Fields(read_exactly(from, self.data_bytes)?);
                 let named = self.fields.text("topic").zip(about.text("type"));
-                Ok(named.map(|(topic, type_name)| Record::Connection { id, topic, type_name }))
+                let message_encoding = "ros1".into();
+                Ok(named.map(|(topic, type_name)| Record::Topic { id, topic, type_name, message_encoding }))
             }
             _ => {
                 let skipped = io::copy(&mut from.take(self.data_bytes), &mut io::sink())?;
@@ -149,8 +157,7 @@ struct Chunk {
 }
 
 /// The records in a chunk's bytes, at most as many bytes of them as its header says.
-fn unpack(compression: Option<&[u8]>, size: u32, packed: Vec<u8>) -> Result<Box<dyn Read + Send>, Fault> {
-    let size = u64::from(size);
+fn unpack(compression: Option<&[u8]>, size: u64, packed: Vec<u8>) -> Result<Box<dyn Read + Send>, Fault> {
     let packed = Cursor::new(packed);
     Ok(match compression {
         Some(b"none") => Box::new(packed),
@@ -193,7 +200,11 @@ impl Records for BagRecords {
             let chunk = self.chunk.as_mut()?;
             let head = Head::read(&mut chunk.records);
             let next = head.and_then(|head| match head {
-                Some(head) => head.record(&mut chunk.records, wanted).map(Some),
+                Some(head) => {
+                    let place = format!("in the chunk at byte {}", chunk.offset);
+                    self.notes.extend(head.note(&place, wanted));
+                    head.record(&mut chunk.records, wanted).map(Some)
+                }
                 None => Ok(None),
             });
             match next {
@@ -226,12 +237,15 @@ impl Records for BagRecords {
         };
         let cut = head.data_bytes > self.file.left();
         match head.op {
-            op::CHUNK => self.open_chunk(at, &head, cut)?,
+            op::CHUNK => self.open_chunk(at, &head)?,
             _ if cut => self.end_at(at, Fault::Cut),
-            op::MESSAGE | op::CONNECTION => match head.record(&mut self.file, wanted) {
-                Ok(record) => return Ok(record),
-                Err(fault) => self.end_at(at, fault),
-            },
+            op::MESSAGE | op::CONNECTION => {
+                self.notes.extend(head.note(&format!("at byte {at}"), wanted));
+                match head.record(&mut self.file, wanted) {
+                    Ok(record) => return Ok(record),
+                    Err(fault) => self.end_at(at, fault),
+                }
+            }
             op::BAG | op::INDEX | op::CHUNK_INFO => {
                 self.index_at = bag_header(&head).map_or(self.index_at, |bag| bag.index_at);
                 self.file.seek(self.file.offset() + head.data_bytes)?;
@@ -250,6 +264,7 @@ impl Records for BagRecords {
     }
 
     fn take_notes(&mut self) -> Vec<String> {
+        self.notes.extend(self.file.take_fault());
         std::mem::take(&mut self.notes)
     }
 }
@@ -259,7 +274,8 @@ impl BagRecords {
     fn index(&mut self) -> Result<Option<Vec<Record>>> {
         let Ok(Some(head)) = Head::read(&mut self.file) else { return Ok(None) };
         let Some(bag) = bag_header(&head) else { return Ok(None) };
-        if bag.index_at < self.file.offset() || bag.index_at > self.file.size() {
+        let within = self.file.offset()..=self.file.size().unwrap_or(0);
+        if !within.contains(&bag.index_at) {
             return Ok(None);
         }
         self.file.seek(bag.index_at)?;
@@ -281,14 +297,17 @@ impl BagRecords {
     }
 
     /// Reads what is there of a chunk and starts to unpack it.
-    fn open_chunk(&mut self, at: u64, head: &Head, cut: bool) -> Result<()> {
+    fn open_chunk(&mut self, at: u64, head: &Head) -> Result<()> {
         let there = head.data_bytes.min(self.file.left());
-        let opened = if there > MAX_RECORD_BYTES {
-            self.file.seek(self.file.offset() + there)?;
-            damaged("it is larger than 512 MiB")
+        let size = u64::from(head.fields.number("size").unwrap_or(0));
+        let (opened, cut) = if there.max(size) > MAX_CHUNK_BYTES {
+            let from = self.file.offset();
+            self.file.seek(from + there)?;
+            (damaged("it is larger than 512 MiB"), self.file.offset() - from < head.data_bytes)
         } else {
             let packed = self.file.take_bytes(there)?;
-            unpack(head.fields.get("compression"), head.fields.number("size").unwrap_or(0), packed)
+            let cut = (packed.len() as u64) < head.data_bytes;
+            (unpack(head.fields.get("compression"), size, packed), cut)
         };
         match opened {
             Ok(records) => self.chunk = Some(Chunk { records, offset: at, cut }),

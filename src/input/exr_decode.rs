@@ -8,12 +8,14 @@ use exr::meta::header::Header;
 use exr::prelude::{ReadChannels, ReadLayers, ReadSpecificChannel, read};
 
 use crate::base::{Error, Result};
-use crate::input::image_decode::{Decoded, MAX_DECODER_BYTES, MAX_SIDE_PX};
+use crate::input::image_decode::{Decoded, MAX_SIDE_PX, check_claim};
 use crate::message::decode_error;
 use crate::sensor::DepthSamples;
 
 /// First bytes of every OpenEXR file.
 pub(crate) const MAGIC: [u8; 4] = [0x76, 0x2f, 0x31, 0x01];
+
+const WHAT: &str = "EXR depth image";
 
 /// Channels that hold depth, the first that is there being read: a depth or single channel, else one
 /// of three that are alike.
@@ -29,7 +31,7 @@ pub(crate) fn depth_from_exr(file: &[u8]) -> Result<Decoded<DepthSamples>> {
     let [header] = chunks.headers() else {
         return Err(refused(format!("it has {} layers in place of one", chunks.headers().len())));
     };
-    let channel = depth_channel(header)?;
+    let channel = depth_channel(header, file.len())?;
     let image = read()
         .no_deep_data()
         .largest_resolution_level()
@@ -54,15 +56,14 @@ pub(crate) fn depth_from_exr(file: &[u8]) -> Result<Decoded<DepthSamples>> {
 }
 
 /// The channel to read, after checking what the header asks to be allocated.
-fn depth_channel(header: &Header) -> Result<&'static str> {
+fn depth_channel(header: &Header, file_bytes: usize) -> Result<&'static str> {
     let Vec2(width, height) = header.layer_size;
     if width.max(height) > MAX_SIDE_PX as usize {
         return Err(refused(format!("it is {width}x{height}, more than {MAX_SIDE_PX} pixels a side")));
     }
     let bytes = (width * height) as u64 * header.channels.bytes_per_pixel as u64;
-    if bytes > MAX_DECODER_BYTES {
-        return Err(refused(format!("its pixels take {} MiB", bytes >> 20)));
-    }
+    let side = |pixels: usize| u32::try_from(pixels).unwrap_or(u32::MAX);
+    check_claim(WHAT, [side(width), side(height)], bytes, file_bytes)?;
     let holds = |name: &&str| header.channels.list.iter().any(|channel| channel.name.eq(name));
     CHANNELS
         .into_iter()
@@ -75,5 +76,5 @@ fn damaged(error: exr::error::Error) -> Error {
 }
 
 fn refused(reason: impl Into<String>) -> Error {
-    decode_error("EXR depth image", reason)
+    decode_error(WHAT, reason)
 }

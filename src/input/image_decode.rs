@@ -4,14 +4,14 @@
 //! more than a few times their own size (compressed images: at most [`MAX_SIDE_PX`] squared pixels
 //! and [`MAX_DECODER_BYTES`]).
 
-use std::fs::File;
 use std::io::{Cursor, Read};
 use std::path::Path;
 
-use image::{DynamicImage, ImageFormat, ImageReader, Limits};
+use image::{DynamicImage, ImageDecoder, ImageError, ImageFormat, ImageReader, Limits};
 
 use crate::base::{Error, Result};
 use crate::input::exr_decode;
+use crate::input::start::open_file;
 use crate::message::decode_error;
 use crate::sensor::DepthSamples;
 
@@ -20,6 +20,10 @@ pub const MAX_SIDE_PX: u32 = 8192;
 
 /// Largest memory a JPEG or PNG decoder may ask for, bytes.
 pub const MAX_DECODER_BYTES: u64 = 256 << 20;
+
+/// Most bytes of pixels that come of a packed byte: deflate gives up to 1032, JPEG at a bit a block of four times four
+/// subsampled colours 1365.
+const MOST_UNPACKED: u64 = 1400;
 
 const COLOR_ENCODINGS: &str =
     "rgb8, bgr8, rgba8, bgra8, mono8, 8UC1, 8UC3, 8UC4, yuv422 (uyvy) and yuv422_yuy2 (yuyv) are";
@@ -197,7 +201,7 @@ fn rgb_of_yuv(y: u8, u: u8, v: u8) -> [u8; 3] {
 /// An image file's bytes, at most [`MAX_DECODER_BYTES`] of them.
 pub(crate) fn read_file(path: &Path) -> Result<Vec<u8>> {
     let mut bytes = Vec::new();
-    let file = File::open(path).map_err(Error::file(path))?;
+    let file = open_file(path)?;
     file.take(MAX_DECODER_BYTES).read_to_end(&mut bytes).map_err(Error::file(path))?;
     Ok(bytes)
 }
@@ -214,7 +218,31 @@ fn read_image(what: &str, file: &[u8]) -> Result<DynamicImage> {
     limits.max_alloc = Some(MAX_DECODER_BYTES);
     let mut reader = ImageReader::with_format(Cursor::new(file), format);
     reader.limits(limits);
-    reader.decode().map_err(|error| decode_error(what, error.to_string()))
+    let failed = |error: ImageError| decode_error(what, error.to_string());
+    let decoder = reader.into_decoder().map_err(failed)?;
+    let (width, height) = decoder.dimensions();
+    check_claim(what, [width, height], decoder.total_bytes(), file.len())?;
+    DynamicImage::from_decoder(decoder).map_err(failed)
+}
+
+/// Refuses an image that says to unpack to more than its bytes can hold, before memory is taken for it.
+///
+/// # Errors
+/// [`Error::Decode`].
+pub(in crate::input) fn check_claim(
+    what: &str,
+    [width, height]: [u32; 2],
+    claimed: u64,
+    packed: usize,
+) -> Result<()> {
+    let reason = if claimed > MAX_DECODER_BYTES {
+        format!("it is {width}x{height}: its pixels take {} MiB, at most 256 are read", claimed >> 20)
+    } else if claimed > MOST_UNPACKED.saturating_mul(packed as u64) {
+        format!("it says that it is {width}x{height}, which is more than its {packed} bytes can hold")
+    } else {
+        return Ok(());
+    };
+    Err(decode_error(what, reason))
 }
 
 /// Colour of a JPEG or PNG file's bytes, `3 * width * height`.

@@ -1,6 +1,7 @@
-//! Recordings in: MCAP, ROS 1 bags, TUM folders, still pairs, lidar files, all streaming.
+//! Recordings in: MCAP, bags of ROS 1 and rosbag2, TUM folders, still pairs, lidar files, all streaming.
 
 mod bag;
+mod db3;
 mod event;
 mod exr_decode;
 pub mod image_decode;
@@ -15,10 +16,12 @@ mod report;
 mod scan_pose;
 mod single;
 mod source;
+mod start;
 mod still;
 mod sync;
 pub mod transforms;
 mod tum;
+mod zstd_frame;
 
 use crate::base::Result;
 use crate::sensor::RgbdFrame;

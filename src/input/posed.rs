@@ -1,14 +1,12 @@
 //! Scans with what their recording says of the robot: poses at the scan's stamp and at those of its first and last point,
 //! and the goal.
 
-use std::fs::File;
-use std::io::Read;
 use std::path::Path;
 
-use crate::base::{Error, Result};
+use crate::base::Result;
 use crate::config::Config;
 use crate::input::ReadReport;
-use crate::input::log::{Log, lidar_log};
+use crate::input::log::{Log, LogFiles, lidar_log};
 use crate::input::points;
 use crate::input::points::{Options, ScanReport, Scans};
 use crate::input::pose::PoseResolver;
@@ -41,15 +39,10 @@ impl PosedScans {
     /// states no transforms, maps lie in the lidar's own frame.
     ///
     /// # Errors
-    /// What [`points::open`] returns; [`Error::Config`] for a configured topic that is absent or of another type.
+    /// What [`points::open`] returns; [`crate::Error::Config`] for a configured topic that is absent or of another type.
     pub fn open(path: &Path, config: &Config) -> Result<Self> {
-        let mut start = Vec::new();
-        if path.is_file() {
-            let file = File::open(path).map_err(Error::file(path))?;
-            file.take(16).read_to_end(&mut start).map_err(Error::file(path))?;
-        }
-        if let Some(is_bag) = Log::recognise(&start) {
-            let log = lidar_log(path, is_bag, config)?;
+        if let Some(files) = LogFiles::find(path)? {
+            let log = lidar_log(files, config)?;
             return Ok(Self { scan_count_hint: log.scan_count_hint(), from: From::Log(Box::new(log)) });
         }
         let scans = points::open(path, &Options::of(config))?;

@@ -1,12 +1,11 @@
 //! One pass over a recording with several sensors, in order of stamps.
 
-use std::fs::File;
-use std::io::Read;
 use std::path::Path;
 
-use crate::base::{Error, Result};
+use crate::base::Result;
 use crate::config::{Config, SensorInfo};
-use crate::input::log::{Log, LogSource};
+use crate::input::log::LogSource;
+use crate::input::open::log_files;
 use crate::input::single::{CameraSource, LidarSource};
 use crate::input::{ReadReport, contents, open};
 use crate::sensor::{CameraInfo, Dropped, LidarInfo, Observation, SensorData, SensorModel};
@@ -92,15 +91,15 @@ pub trait Source {
     fn count_hint(&self) -> Option<u64>;
 }
 
-/// Opens a recording of any kind: an MCAP file or a ROS 1 bag with any number of sensors; a TUM RGB-D folder or a still
+/// Opens a recording of any kind: an MCAP file, a ROS 1 bag or a bag of rosbag2 with any number of sensors; a TUM RGB-D folder or a still
 /// pair with a camera; a pcap, PLY or PCD file or a folder of these with a lidar.
 ///
 /// The sensors are those of `config.sensors`, each with its own parameters; where it names none, the camera and the lidar
 /// that the recording has.
 ///
 /// # Errors
-/// [`Error::File`]; [`Error::Format`] for other files and for those that hold no sensor that can be read;
-/// [`Error::Config`] for a configured topic that is absent or of another type.
+/// [`crate::Error::File`]; [`crate::Error::Format`] for other files and for those that hold no sensor that can be read;
+/// [`crate::Error::Config`] for a configured topic that is absent or of another type.
 ///
 /// # Examples
 /// ```
@@ -114,13 +113,8 @@ pub trait Source {
 /// # Ok::<(), limpid::Error>(())
 /// ```
 pub fn open_source(path: &Path, config: &Config) -> Result<Box<dyn Source>> {
-    if path.is_file() {
-        let mut start = Vec::new();
-        let file = File::open(path).map_err(Error::file(path))?;
-        file.take(16).read_to_end(&mut start).map_err(Error::file(path))?;
-        if let Some(is_bag) = Log::recognise(&start) {
-            return Ok(Box::new(LogSource::open(path, is_bag, config)?));
-        }
+    if let Some(files) = log_files(path, config)? {
+        return Ok(Box::new(LogSource::open(files, config)?));
     }
     if contents(path, config)?.lidar {
         return Ok(Box::new(LidarSource::open(path, config)?));

@@ -1,6 +1,7 @@
 //! TUM RGB-D folders: `rgb.txt`, `depth.txt`, `groundtruth.txt` and `camera.yaml`.
 
 use std::collections::VecDeque;
+use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
@@ -11,9 +12,13 @@ use crate::base::{Error, Result};
 use crate::config::Config;
 use crate::input::image_decode::{color_from_file, depth_from_png, read_file};
 use crate::input::pose::PoseResolver;
+use crate::input::start::open_file;
 use crate::input::{ReadReport, Recording};
 use crate::sensor::{CameraModel, Distortion};
 use crate::sensor::{ColorImage, DepthImage, FramePose, RgbdFrame};
+
+/// Largest list that is read, bytes: more than three million images.
+const MAX_LIST_BYTES: u64 = 256 << 20;
 
 /// Name of the camera's frame where the configuration gives none.
 const CAMERA_FRAME: &str = "camera";
@@ -277,7 +282,12 @@ fn read_lines<T>(
     parse: impl Fn(&[&str]) -> Option<T>,
 ) -> Result<Vec<T>> {
     let path = folder.join(name);
-    let text = std::fs::read_to_string(&path).map_err(Error::file(&path))?;
+    let mut text = String::new();
+    let mut file = open_file(&path)?.take(MAX_LIST_BYTES + 1);
+    file.read_to_string(&mut text).map_err(Error::file(&path))?;
+    if text.len() as u64 > MAX_LIST_BYTES {
+        return Err(Error::Format { path, reason: "is larger than 256 MiB: no list of images is".into() });
+    }
     let lines = text.lines().map(str::trim).filter(|line| !line.is_empty() && !line.starts_with('#'));
     let mut parsed = Vec::new();
     for line in lines {

@@ -45,7 +45,9 @@ fn a_cut_off_file_keeps_the_frames_before_the_cut() {
         assert_eq!(depth_messages(&whole), usize::from(FRAMES));
         for cut in (0..whole.len()).step_by(7) {
             let (found, sure) = (count(&save(&whole[..cut])), depth_messages(&whole[..cut]));
-            assert_eq!(found, sure, "frames before the cut at {cut}, {compression:?}");
+            // An LZ4 block that is stored as it is gives what there is of it.
+            let more = usize::from(matches!(compression, Some(Compression::Lz4)));
+            assert!((sure..=sure + more).contains(&found), "frames before the cut at {cut}, {compression:?}");
         }
     }
 }
@@ -114,7 +116,7 @@ fn a_recording_with_topics_but_no_messages_has_no_frames() {
 fn other_files_are_named_for_what_they_look_like() {
     for (start, part) in [
         (&b"#ROSBAG V1.2\n"[..], "ROS 1 bag"),
-        (b"SQLite format 3\0", "SQLite"),
+        (b"PK\x03\x04", "zip archive"),
         (b"", "empty"),
         (b"\x7fELF", "no known format"),
     ] {

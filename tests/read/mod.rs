@@ -2,6 +2,7 @@
 #![expect(clippy::unwrap_used, reason = "tests end on what they did not expect")]
 
 mod bag;
+mod containers;
 mod damaged;
 mod exr;
 mod hostile;

@@ -5,11 +5,13 @@ use std::path::Path;
 use crate::base::{Error, Result};
 use crate::config::{Config, SensorConfig, SensorKind};
 use crate::input::ReadReport;
+use crate::input::log::LogFiles;
 use crate::input::log::camera::LogCamera;
 use crate::input::log::lidar::{self, LogLidar};
 use crate::input::log::motion::Motion;
-use crate::input::log::reading::{Log, channels_of};
+use crate::input::log::reading::Log;
 use crate::input::log::sensor::{LogSensor, Reader};
+use crate::input::log::splits::Survey;
 use crate::input::log::topics::{Channels, Kind, Topics, find_depth, shared_names};
 use crate::input::log::unread::missing_scans;
 use crate::input::points::Options;
@@ -23,12 +25,12 @@ pub struct Contents {
     pub lidar: bool,
 }
 
-/// What an MCAP file or a ROS 1 bag holds.
+/// What a recording holds.
 ///
 /// # Errors
 /// [`crate::Error::File`], [`crate::Error::Format`].
-pub(crate) fn contents(path: &Path, is_bag: bool) -> Result<Contents> {
-    let (channels, _) = channels_of(path, is_bag)?;
+pub(crate) fn contents(files: &LogFiles) -> Result<Contents> {
+    let channels = Survey::of(files)?.channels;
     let camera = find_depth(&channels).is_some();
     let lidar = lidar::find(&channels).is_some() || !camera && !channels.unread_packets().is_empty();
     Ok(Contents { camera, lidar })
@@ -54,8 +56,9 @@ pub(super) fn scan_topic(
 ///
 /// # Errors
 /// What [`Log::open`] returns; [`crate::Error::Config`] for a configured topic that is absent or of another type.
-pub(crate) fn lidar_log(path: &Path, is_bag: bool, config: &Config) -> Result<Log> {
-    Log::open(path, is_bag, |channels, report| {
+pub(crate) fn lidar_log(files: LogFiles, config: &Config) -> Result<Log> {
+    let path = &files.path().to_owned();
+    Log::open(files, |channels, report| {
         let topic = scan_topic(channels, &config.scan_topic, "topic", path, report)?;
         let lidar = LogLidar::new(topic, Options::of(config), config, true);
         let sensor = LogSensor::new("lidar", Reader::Lidar(Box::new(lidar)));

@@ -1,13 +1,16 @@
 //! Recordings as logs of messages, read as a stream: MCAP with ROS 2 (CDR), ROS 1 or Foxglove
-//! (protobuf) messages, and ROS 1 bags.
+//! (protobuf) messages, ROS 1 bags, and rosbag2's SQLite files and folders.
 
 mod camera;
 mod choose;
 mod decode;
 mod file;
+mod files;
 mod layout;
 mod lidar;
+mod metadata;
 mod motion;
+mod names;
 mod odometry;
 mod order;
 mod reader;
@@ -17,6 +20,7 @@ mod scans;
 mod sdk;
 mod sensor;
 mod source;
+mod splits;
 mod topics;
 mod track;
 mod unread;
@@ -24,8 +28,9 @@ mod unread;
 pub use crate::input::log::choose::Contents;
 pub(crate) use crate::input::log::choose::{contents, lidar_log};
 pub(crate) use crate::input::log::file::LogFile;
+pub(crate) use crate::input::log::files::{Format, LogFiles};
 pub use crate::input::log::reader::LogReader;
 pub(crate) use crate::input::log::reading::Log;
-pub(crate) use crate::input::log::records::{Record, Records};
+pub(crate) use crate::input::log::records::{MAX_MESSAGE_BYTES, Record, Records, too_large};
 pub use crate::input::log::scans::LogScans;
 pub(crate) use crate::input::log::source::LogSource;

@@ -9,10 +9,11 @@ use crate::input::log::motion::Motion;
 use crate::input::log::reading::Log;
 use crate::input::log::sensor::{LogSensor, Reader};
 use crate::input::log::topics::Topics;
+use crate::input::log::{Format, LogFiles};
 use crate::input::{ReadReport, Recording};
 use crate::sensor::{RgbdFrame, SensorData};
 
-/// Reads an MCAP file or a ROS 1 bag; see [`Recording`].
+/// Reads a recording of messages; see [`Recording`].
 pub struct LogReader {
     log: Log,
     report: ReadReport,
@@ -27,7 +28,7 @@ impl LogReader {
     /// [`crate::Error::File`]; [`crate::Error::Format`] for a file that is not MCAP or has no depth image or
     /// calibration topic; [`crate::Error::Config`] for a configured topic that is absent or of another type.
     pub fn mcap(path: &Path, config: &Config) -> Result<Self> {
-        Self::open(path, false, config)
+        Self::of(LogFiles::one(path, Format::Mcap)?, config)
     }
 
     /// As [`Self::mcap`], for a ROS 1 bag and its index.
@@ -35,12 +36,13 @@ impl LogReader {
     /// # Errors
     /// As [`Self::mcap`].
     pub fn bag(path: &Path, config: &Config) -> Result<Self> {
-        Self::open(path, true, config)
+        Self::of(LogFiles::one(path, Format::Bag)?, config)
     }
 
-    fn open(path: &Path, is_bag: bool, config: &Config) -> Result<Self> {
+    pub(crate) fn of(files: LogFiles, config: &Config) -> Result<Self> {
         let mut frame_count_hint = None;
-        let log = Log::open(path, is_bag, |channels, _| {
+        let path = &files.path().to_owned();
+        let log = Log::open(files, |channels, _| {
             let topics = Topics::choose(channels, config, path)?;
             frame_count_hint = channels.messages(&topics.depth);
             // Frames have no goals.

@@ -1,28 +1,25 @@
 //! One pass over a log: what it says of any number of cameras and lidars, and of the robot's motion, which they share.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use crate::base::{Error, Result};
 use crate::input::ReadReport;
-use crate::input::bag::{self, BagRecords};
 use crate::input::event::{Event, TransformEvent};
 use crate::input::log::decode::{self, Calibration};
 use crate::input::log::motion::Motion;
 use crate::input::log::sensor::{LogSensor, Reader};
+use crate::input::log::splits::{Splits, Survey};
 use crate::input::log::topics::{Channel, Channels, Kind};
-use crate::input::log::{Record, Records};
-use crate::input::mcap::McapRecords;
+use crate::input::log::{LogFiles, Record};
 use crate::input::points::ScanReport;
 use crate::input::report::merge;
+use crate::input::zstd_frame;
 use crate::sensor::Observation;
-
-/// How far a file without a summary is read ahead for its channels, bytes.
-const SCAN_BYTES: u64 = 256 << 20;
 
 /// See the module.
 pub(crate) struct Log {
     pub(super) path: PathBuf,
-    records: Box<dyn Records + Send>,
+    records: Splits,
     pub(super) channels: Channels,
     motion: Motion,
     pub(super) sensors: Vec<LogSensor>,
@@ -33,73 +30,34 @@ pub(crate) struct Log {
     pub(super) at_end: bool,
 }
 
-/// The channels of an MCAP file or a ROS 1 bag, and whether they were found by reading ahead.
-pub(super) fn channels_of(path: &Path, is_bag: bool) -> Result<(Channels, bool)> {
-    fn read<R: Records>(path: &Path) -> Result<(Channels, bool)> {
-        let mut channels = Channels::default();
-        R::summary(path)?.into_iter().for_each(|record| channels.learn(record));
-        let ahead = channels.is_empty();
-        if ahead {
-            let mut records = R::open(path)?;
-            while let Some(record) = records.next(&|_| false)? {
-                channels.learn(record);
-                if records.offset() > SCAN_BYTES {
-                    break;
-                }
-            }
+/// The error for a recording that lacks something, with the damage that may be the cause.
+fn with_damage(error: Error, damage: &str) -> Error {
+    match error {
+        Error::Format { path, reason } if !damage.is_empty() => {
+            Error::Format { path, reason: format!("{reason}; {damage}") }
         }
-        look_at::<R>(path, &mut channels)?;
-        Ok((channels, ahead))
+        other => other,
     }
-    if is_bag { read::<BagRecords>(path) } else { read::<McapRecords>(path) }
-}
-
-/// Takes in the first messages of the channels that are to be looked at, as far as they are among the first bytes.
-fn look_at<R: Records>(path: &Path, channels: &mut Channels) -> Result<()> {
-    let mut wanted = channels.to_look_at();
-    if wanted.is_empty() {
-        return Ok(());
-    }
-    let mut records = R::open(path)?;
-    while !wanted.is_empty() && records.offset() <= SCAN_BYTES {
-        match records.next(&|id| wanted.contains(&id))? {
-            None => break,
-            Some(Record::Message { channel_id, data, .. }) => {
-                channels.look_at(channel_id, &data);
-                wanted.remove(&channel_id);
-            }
-            Some(_) => {}
-        }
-    }
-    Ok(())
 }
 
 impl Log {
-    /// Opens an MCAP file or a ROS 1 bag; `choose` says which sensors and motion are read of its channels.
+    /// Opens a recording; `choose` says which sensors and motion are read of its channels.
     ///
     /// # Errors
     /// [`Error::File`]; [`Error::Format`] for other files; what `choose` gives.
     pub(super) fn open(
-        path: &Path,
-        is_bag: bool,
+        files: LogFiles,
         choose: impl FnOnce(&Channels, &mut ReadReport) -> Result<(Motion, Vec<LogSensor>)>,
     ) -> Result<Self> {
         let mut report = ReadReport::default();
-        let (channels, ahead) = channels_of(path, is_bag)?;
-        if ahead {
-            report.note("the file has no summary: its topics were found by reading ahead");
-        }
-        let (motion, sensors) = choose(&channels, &mut report)?;
-        let records: Box<dyn Records + Send> =
-            if is_bag { Box::new(BagRecords::open(path)?) } else { Box::new(McapRecords::open(path)?) };
-        let path = path.into();
+        let mut survey = Survey::of(&files)?;
+        let channels = std::mem::take(&mut survey.channels);
+        survey.notes.drain(..).for_each(|note| report.note(note));
+        let (motion, sensors) =
+            choose(&channels, &mut report).map_err(|error| with_damage(error, &survey.damage.join("; ")))?;
+        let path = files.path().into();
+        let records = Splits::open(files, survey)?;
         Ok(Self { path, records, channels, motion, sensors, log_time_ns: 0, report, at_end: false })
-    }
-
-    /// Whether a file's first bytes are those of a log, and then whether it is a bag.
-    pub(crate) fn recognise(start: &[u8]) -> Option<bool> {
-        let is_bag = start.starts_with(bag::MAGIC);
-        (is_bag || start.starts_with(::mcap::MAGIC)).then_some(is_bag)
     }
 
     /// Reads on by one record, or to the end of the log.
@@ -160,7 +118,21 @@ impl Log {
         Ok(())
     }
 
+    /// Messages that rosbag2 packed one by one are unpacked.
     fn take_message(&mut self, channel_id: u32, log_time_ns: u64, payload: &[u8]) {
+        if !zstd_frame::is_packed(payload) {
+            return self.take_unpacked(channel_id, log_time_ns, payload);
+        }
+        match zstd_frame::unpack(payload) {
+            Ok(unpacked) => self.take_unpacked(channel_id, log_time_ns, &unpacked),
+            Err(error) => {
+                let topic = self.channels.get(channel_id).map_or("", |channel| &channel.topic);
+                self.report.skip(topic, error.to_string(), log_time_ns);
+            }
+        }
+    }
+
+    fn take_unpacked(&mut self, channel_id: u32, log_time_ns: u64, payload: &[u8]) {
         let Some(channel) = self.channels.get(channel_id) else { return };
         let Channel { topic, kind: Some(kind), .. } = channel else { return };
         let (channel, topic, kind) = (channel.clone(), topic.clone(), *kind);

@@ -4,6 +4,15 @@ use std::path::Path;
 
 use crate::base::Result;
 
+/// Largest message that is read, bytes: an image of 8192x5461 pixels of three bytes.
+pub(crate) const MAX_MESSAGE_BYTES: u64 = 128 << 20;
+
+/// What to tell of a message that is larger; `place`: where it lies.
+pub(crate) fn too_large(bytes: u64, place: &str) -> String {
+    let most = MAX_MESSAGE_BYTES >> 20;
+    format!("a message of {} MiB {place} is passed over: at most {most} MiB are read", bytes >> 20)
+}
+
 /// What of a log is of use to a reader.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Record {
@@ -19,11 +28,12 @@ pub(crate) enum Record {
         topic: String,
         message_encoding: String,
     },
-    /// ROS 1 bag: a topic with its message type.
-    Connection {
+    /// Other formats: a topic with its message type and how its messages are written, as MCAP names that.
+    Topic {
         id: u32,
         topic: String,
         type_name: String,
+        message_encoding: String,
     },
     Message {
         channel_id: u32,

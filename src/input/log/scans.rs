@@ -9,6 +9,7 @@ use crate::input::log::lidar::LogLidar;
 use crate::input::log::motion::Motion;
 use crate::input::log::reading::Log;
 use crate::input::log::sensor::{LogSensor, Reader};
+use crate::input::log::{Format, LogFiles};
 use crate::input::points::{Options, ScanReport, Scans};
 use crate::sensor::Scan;
 
@@ -29,7 +30,7 @@ impl LogScans {
     /// [`crate::Error::File`]; [`crate::Error::Format`] for a file that is not MCAP or has no topic with scans;
     /// [`crate::Error::Config`] for a stated topic that is absent or of another type.
     pub fn mcap(path: &Path, options: &Options) -> Result<Self> {
-        Self::open(path, false, options)
+        Self::of(LogFiles::one(path, Format::Mcap)?, options)
     }
 
     /// As [`Self::mcap`], for a ROS 1 bag and its index.
@@ -37,12 +38,13 @@ impl LogScans {
     /// # Errors
     /// As [`Self::mcap`].
     pub fn bag(path: &Path, options: &Options) -> Result<Self> {
-        Self::open(path, true, options)
+        Self::of(LogFiles::one(path, Format::Bag)?, options)
     }
 
-    fn open(path: &Path, is_bag: bool, options: &Options) -> Result<Self> {
+    pub(crate) fn of(files: LogFiles, options: &Options) -> Result<Self> {
         let mut scan_count_hint = None;
-        let log = Log::open(path, is_bag, |channels, report| {
+        let path = &files.path().to_owned();
+        let log = Log::open(files, |channels, report| {
             let stated = options.topic.as_deref().unwrap_or_default();
             let topic = scan_topic(channels, stated, "topic", path, report)?;
             scan_count_hint = channels.messages(&topic);

@@ -1,10 +1,10 @@
 //! The observations of all sensors of a log in order of their stamps, in one pass.
 
 use std::collections::VecDeque;
-use std::path::{Path, PathBuf};
 
 use crate::base::{Result, duration_ns};
 use crate::config::{Config, SensorConfig, SensorInfo};
+use crate::input::log::LogFiles;
 use crate::input::log::choose::choose;
 use crate::input::log::order::{MAX_READY, turn};
 use crate::input::log::reading::Log;
@@ -30,8 +30,7 @@ struct Turns {
 
 /// See the module.
 pub(crate) struct LogSource {
-    path: PathBuf,
-    is_bag: bool,
+    files: LogFiles,
     config: Config,
     log: Log,
     infos: Vec<SensorInfo>,
@@ -42,14 +41,14 @@ pub(crate) struct LogSource {
 }
 
 impl LogSource {
-    /// Opens an MCAP file or a ROS 1 bag and reads ahead until its sensors are known: the first scan of a lidar, of a
+    /// Opens a recording and reads ahead until its sensors are known: the first scan of a lidar, of a
     /// camera the first 8 depth images or as many as it takes to the first with colour, at most 10 s of stamps.
     ///
     /// # Errors
     /// [`crate::Error::File`]; [`crate::Error::Format`] for a file that is no log or has no sensor that can be read;
     /// [`crate::Error::Config`] for a configured topic that is absent or of another type.
-    pub(crate) fn open(path: &Path, is_bag: bool, config: &Config) -> Result<Self> {
-        let mut source = Self::at_start(path, is_bag, config)?;
+    pub(crate) fn open(files: LogFiles, config: &Config) -> Result<Self> {
+        let mut source = Self::at_start(files, config)?;
         source.look_ahead()?;
         if config.sensors.is_empty() {
             source.leave_out_missing();
@@ -57,17 +56,16 @@ impl LogSource {
         Ok(source)
     }
 
-    fn at_start(path: &Path, is_bag: bool, config: &Config) -> Result<Self> {
+    fn at_start(files: LogFiles, config: &Config) -> Result<Self> {
         let mut configs = Vec::new();
-        let log = Log::open(path, is_bag, |channels, report| {
-            let chosen = choose(channels, config, path, report)?;
+        let log = Log::open(files.clone(), |channels, report| {
+            let chosen = choose(channels, config, files.path(), report)?;
             configs = chosen.configs;
             Ok((chosen.motion, chosen.sensors))
         })?;
         let learners = configs.iter().zip(&log.sensors).map(learner).collect();
         Ok(Self {
-            path: path.into(),
-            is_bag,
+            files,
             config: config.clone(),
             infos: configs.into_iter().map(SensorInfo::missing).collect(),
             learners,
@@ -93,7 +91,7 @@ impl LogSource {
     /// Looks on in a second reading of the file that keeps nothing, as a sensor that is late or missing would have more
     /// kept than memory is bounded to.
     fn look_further(&mut self) -> Result<()> {
-        let mut second = Self::at_start(&self.path, self.is_bag, &self.config)?;
+        let mut second = Self::at_start(self.files.clone(), &self.config)?;
         while second.is_ahead_needed() {
             let Some(observation) = second.read()? else { break };
             second.learn(&observation);

@@ -144,7 +144,6 @@ impl Channel {
 /// The channels of a recording.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Channels {
-    schemas: BTreeMap<u16, String>,
     pub(super) by_id: BTreeMap<u32, Channel>,
     /// Of clouds, by topic, where it takes these to choose.
     pub(super) layouts: BTreeMap<String, Layout>,
@@ -154,16 +153,9 @@ impl Channels {
     /// Takes what a record says about channels.
     pub(super) fn learn(&mut self, record: Record) {
         match record {
-            Record::Schema { id, name } => {
-                self.schemas.insert(id, name);
-            }
-            Record::Channel { id, schema_id, topic, message_encoding } => {
-                let schema = self.schemas.get(&schema_id).map_or("", String::as_str);
-                let channel = Channel::new(topic, &message_encoding, schema);
-                self.by_id.entry(id).or_insert(channel);
-            }
-            Record::Connection { id, topic, type_name } => {
-                self.by_id.entry(id).or_insert_with(|| Channel::new(topic, "ros1", &type_name));
+            Record::Topic { id, topic, type_name, message_encoding } => {
+                let channel = || Channel::new(topic, &message_encoding, &type_name);
+                self.by_id.entry(id).or_insert_with(channel);
             }
             Record::Statistics { message_counts } => {
                 for channel in self.by_id.values_mut() {
@@ -175,7 +167,8 @@ impl Channels {
                     }
                 }
             }
-            Record::Message { .. } => {}
+            // Files have these; what they say comes as topics.
+            Record::Schema { .. } | Record::Channel { .. } | Record::Message { .. } => {}
         }
     }
 

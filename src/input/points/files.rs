@@ -1,11 +1,11 @@
 //! PLY and PCD files, one or a folder of them: a scan a file.
 
-use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use crate::base::{Error, Result};
 use crate::input::points::{Options, ScanReport, Scans, pcd, ply};
+use crate::input::start::open_file;
 use crate::sensor::Scan;
 
 /// Largest file that is read, bytes.
@@ -49,7 +49,7 @@ impl FileScans {
 
     fn read(&self, path: &Path) -> Result<Scan> {
         let mut bytes = Vec::new();
-        let file = File::open(path).map_err(Error::file(path))?;
+        let file = open_file(path)?;
         file.take(MAX_FILE_BYTES + 1).read_to_end(&mut bytes).map_err(Error::file(path))?;
         if bytes.len() as u64 > MAX_FILE_BYTES {
             return Err(Error::Format { path: path.into(), reason: "is larger than 1 GiB".into() });

@@ -1,9 +1,10 @@
-//! Lidar scans in: `PointCloud2`, Foxglove point clouds, Velodyne packets (messages and pcap), PLY and PCD, one scan
+//! Lidar scans in: `PointCloud2`, Foxglove point clouds, Velodyne packets (messages, pcap, pcapng), PLY and PCD, one scan
 //! at a time.
 //!
 //! [`open`] finds the reader by a file's content. The decoders below it take bytes and give values: [`cloud`],
 //! [`pcd`], [`ply`] and [`velodyne`].
 
+mod capture;
 pub mod cloud;
 mod fields;
 mod files;

@@ -1,31 +1,26 @@
-//! Captures of a Velodyne sensor's network packets (pcap).
+//! Captures of a Velodyne sensor's network packets (pcap, pcapng).
 
 use std::collections::BTreeMap;
-use std::fs::File;
 use std::path::{Path, PathBuf};
 
 use etherparse::{SlicedPacket, TransportSlice};
-use pcap_file::pcap::{PcapReader, RawPcapPacket};
-use pcap_file::{DataLink, PcapError, TsResolution};
+use pcap_file::DataLink;
 
 use crate::base::{Error, Result};
+use crate::input::points::capture::{Capture, Captured};
 use crate::input::points::velodyne::{Cut, Decoder, PACKET_BYTES};
 use crate::input::points::{Options, ScanReport, Scans};
+use crate::input::start::start_of;
 use crate::sensor::Scan;
-
-/// First bytes of a capture: either byte order, microseconds or nanoseconds.
-pub(super) const MAGICS: [&[u8]; 4] = [
-    &[0xd4, 0xc3, 0xb2, 0xa1],
-    &[0xa1, 0xb2, 0xc3, 0xd4],
-    &[0x4d, 0x3c, 0xb2, 0xa1],
-    &[0xa1, 0xb2, 0x3c, 0x4d],
-];
 
 /// UDP port of data packets where none is stated.
 pub(crate) const DATA_PORT: u16 = 2368;
 
 /// UDP port of position packets, which hold no points.
 const POSITION_PORT: u16 = 8308;
+
+/// Bytes before the IP packet of a Linux SLL2 capture.
+const SLL2_HEADER: usize = 20;
 
 /// Frame of points whose recording does not say.
 const FRAME: &str = "velodyne";
@@ -38,7 +33,7 @@ const OTHERS: [(u16, &str); 5] =
 pub struct PcapScans {
     path: PathBuf,
     source: String,
-    packets: PcapReader<File>,
+    capture: Capture,
     decoder: Decoder,
     port: u16,
     seen_data: bool,
@@ -52,23 +47,15 @@ impl PcapScans {
     /// Opens a capture.
     ///
     /// # Errors
-    /// [`Error::File`]; [`Error::Format`] for files that are no pcap and for links that carry no IP.
+    /// [`Error::File`]; [`Error::Format`] for files that are no capture and for links that carry no IP.
     pub fn open(path: &Path, options: &Options) -> Result<Self> {
-        let file = File::open(path).map_err(Error::file(path))?;
-        let format = |reason: String| Error::Format { path: path.into(), reason };
-        let packets = PcapReader::new(file).map_err(|error| format(format!("is no pcap file: {error}")))?;
-        let link = packets.header().datalink;
-        if !matches!(link, DataLink::ETHERNET | DataLink::RAW | DataLink::LINUX_SLL | DataLink::NULL) {
-            return Err(format(format!(
-                "its link type {link:?} is none of Ethernet, Linux SLL, raw IP and loopback"
-            )));
-        }
+        let capture = Capture::open(path, &start_of(path)?)?;
         let source = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
         Ok(Self {
             path: path.into(),
             decoder: Decoder::new(&source, FRAME, options),
             source,
-            packets,
+            capture,
             port: options.port.unwrap_or(DATA_PORT),
             seen_data: false,
             ports: BTreeMap::new(),
@@ -79,20 +66,19 @@ impl PcapScans {
 
     /// Takes in one packet, or the end of the file.
     fn step(&mut self) -> Result<()> {
-        let header = self.packets.header();
-        match self.packets.next_raw_packet() {
-            Some(Ok(packet)) => {
-                let stamp_ns = stamp_ns(&packet, header.ts_resolution);
-                match udp(&packet.data, header.datalink).map(|(port, payload)| (port, payload.to_vec())) {
+        match self.capture.next()? {
+            Some(Captured::Packet { stamp_ns, link, data }) => {
+                match udp(&data, link).map(|(port, payload)| (port, payload.to_vec())) {
                     Ok((port, payload)) => self.take(port, &payload, stamp_ns),
                     Err(reason) => self.report.read.skip(&self.source, reason, stamp_ns),
                 }
                 return Ok(());
             }
-            Some(Err(PcapError::IoError(error))) if error.kind() != std::io::ErrorKind::UnexpectedEof => {
-                return Err(Error::File { path: self.path.clone(), source: error });
+            Some(Captured::Unusable(reason)) => {
+                self.report.read.skip(&self.source, reason, 0);
+                return Ok(());
             }
-            Some(Err(_)) => {
+            Some(Captured::Cut) => {
                 let note = "the file is cut off or damaged within a packet; what comes before was read";
                 self.report.read.note(note);
             }
@@ -148,17 +134,13 @@ impl PcapScans {
     }
 }
 
-fn stamp_ns(packet: &RawPcapPacket, resolution: TsResolution) -> u64 {
-    let unit_ns = if resolution == TsResolution::NanoSecond { 1 } else { 1000 };
-    u64::from(packet.ts_sec) * 1_000_000_000 + u64::from(packet.ts_frac) * unit_ns
-}
-
 /// Destination port and payload of a UDP packet, or what the packet is in its place.
 fn udp(bytes: &[u8], link: DataLink) -> std::result::Result<(u16, &[u8]), String> {
     let sliced = match link {
         DataLink::ETHERNET => SlicedPacket::from_ethernet(bytes),
         DataLink::LINUX_SLL => SlicedPacket::from_linux_sll(bytes),
-        DataLink::NULL => SlicedPacket::from_ip(bytes.get(4..).unwrap_or_default()),
+        DataLink::LINUX_SLL2 => SlicedPacket::from_ip(bytes.get(SLL2_HEADER..).unwrap_or_default()),
+        DataLink::NULL | DataLink::LOOP => SlicedPacket::from_ip(bytes.get(4..).unwrap_or_default()),
         _ => SlicedPacket::from_ip(bytes),
     };
     let sliced = sliced.map_err(|_| String::from("a packet that is cut short or damaged"))?;

@@ -9,6 +9,7 @@ mod hostile;
 mod laser;
 mod make;
 mod model;
+mod pcapng;
 mod real;
 mod times;
 mod velodyne;
