@@ -2,7 +2,7 @@
 // spec 1 §3 (back-projection, hits). Weights are summed in fixed point, so the result does not depend on order.
 // A depth below 0 is that of a pane that the ray meets first (camera/pane_clip): it marks nothing, and clears up to there.
 struct BackProjectParams {
-    window_from_camera_x: vec4<f32>,    // rows of the transform; z = 0 is the ground
+    window_from_camera_x: vec4<f32>,    // rows of the transform; heights count from the ground (ground_now)
     window_from_camera_y: vec4<f32>,
     window_from_camera_z: vec4<f32>,
     width: u32,
@@ -35,6 +35,8 @@ struct AtomicCellHits {
 @group(0) @binding(4) var<storage, read_write> cell_hits: array<AtomicCellHits>;
 @group(0) @binding(5) var<storage, read_write> strip_counts: array<u32>;
 @group(0) @binding(6) var<storage, read_write> strip_far_m: array<f32>;
+// 0: height of a place of the window above the ground, as a scalar product with (place, 1) (spec 6 §2).
+@group(0) @binding(7) var<storage, read> ground_now: array<vec4<f32>>;
 
 // Neighbours along a column mostly end in the same cell, so an invocation walks down a strip of one, four
 // pixels at a time, and pays for atomics only where the cell changes. On its way it keeps the farthest
@@ -138,12 +140,22 @@ fn weight_of(pixel: u32, depth: f32) -> f32 {
     return select(0.0, 1.0, depth != 0.0);
 }
 
-fn in_window(ray: vec2<f32>, depth: f32) -> vec3<f32> {
+// The row that gives the height of a point of the camera above the ground.
+fn height_row() -> vec4<f32> {
+    let up = ground_now[0];
+    return up.x * back_project_params.window_from_camera_x
+        + up.y * back_project_params.window_from_camera_y
+        + up.z * back_project_params.window_from_camera_z
+        + vec4(0.0, 0.0, 0.0, up.w);
+}
+
+// x and y in the window, and the height above the ground.
+fn in_window(ray: vec2<f32>, depth: f32, height: vec4<f32>) -> vec3<f32> {
     let point = vec4(ray * depth, depth, 1.0);
     return vec3(
         dot(back_project_params.window_from_camera_x, point),
         dot(back_project_params.window_from_camera_y, point),
-        dot(back_project_params.window_from_camera_z, point),
+        dot(height, point),
     );
 }
 
@@ -175,7 +187,7 @@ struct Look {
     counts: u32,        // packed: valid, low reliability, hit
 }
 
-fn look(u: u32, v: u32) -> Look {
+fn look(u: u32, v: u32, height: vec4<f32>) -> Look {
     let inside = v < back_project_params.height;
     let pixel = min(v, back_project_params.height - 1u) * back_project_params.width + u;
     let depth = depth_m[pixel];
@@ -184,7 +196,7 @@ fn look(u: u32, v: u32) -> Look {
     let trusted = weight > back_project_params.tau;
     let usable = inside && trusted && depth > 0.0;
     let looks = inside && trusted && depth != 0.0;
-    let point = in_window(ray, depth);
+    let point = in_window(ray, depth, height);
     let above_min = point.z - back_project_params.height_min_m;
     let is_hit = above_min >= 0.0 && point.z <= back_project_params.height_max_m;
     let is_floor = abs(point.z) < back_project_params.height_min_m;
@@ -208,15 +220,16 @@ fn back_project(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocati
     if group.x >= back_project_params.groups || strip.x >= width {
         return;
     }
+    let up = height_row();
     var counts = 0u;
     var run = Run(NO_CELL, 0u, 0u, 0u, 0u);
     for (var tile = 2u * strip.y; tile < 2u * strip.y + 2u && tile * TILE < height; tile++) {
         var far = 0.0;
         for (var v = tile * TILE; v < (tile + 1u) * TILE; v += 4u) {
-            let a = look(strip.x, v);
-            let b = look(strip.x, v + 1u);
-            let c = look(strip.x, v + 2u);
-            let d = look(strip.x, v + 3u);
+            let a = look(strip.x, v, up);
+            let b = look(strip.x, v + 1u, up);
+            let c = look(strip.x, v + 2u, up);
+            let d = look(strip.x, v + 3u, up);
             far = max(far, max(max(a.far, b.far), max(c.far, d.far)));
             counts += a.counts + b.counts + c.counts + d.counts;
             let cells = vec4(a.cell, b.cell, c.cell, d.cell);

@@ -26,7 +26,7 @@ struct IntensityClassesParams {
 struct SolidCellsParams {
     tick: u32,
     sensor: u32,                // + 1
-    lidar_height_m: f32,        // above the ground
+    lidar_height_m: f32,        // above the stated ground
     pad: u32,
 }
 
@@ -51,6 +51,8 @@ override keep_layers: bool = true;
 @group(0) @binding(5) var<storage, read_write> obstacle_value: array<f32>;
 @group(0) @binding(6) var<storage, read_write> layer_values: array<f32>;
 @group(0) @binding(7) var<uniform> solid_cells_params: SolidCellsParams;
+// 1: x: above 0 where the ground was seen, y: the lidar's height above it (spec 6 §2).
+@group(0) @binding(9) var<storage, read> ground_now: array<vec4<f32>>;
 
 // A cell as the lidar sees it.
 struct Place {
@@ -173,7 +175,8 @@ fn keep_class(slot: u32, word: u32, said: bool, place: Place) {
     }
     var beams = vec2(0u);
     if (word & 0xffu) == FREE {
-        beams = beams_across(place, solid_cells_params.lidar_height_m);
+        let seen = ground_now[1];
+        beams = beams_across(place, select(solid_cells_params.lidar_height_m, seen.y, seen.x > 0.5));
     }
     solid_cells[slot] = vec4(
         word,

@@ -1,5 +1,6 @@
 // Adds the intensity of every point to the layers that its height lies in, and its reach to the sector of its beam.
-// spec 2 §2 (Eq. 1-2 of the paper), §3 (a cell is free only where a beam crossed it).
+// spec 2 §2 (Eq. 1-2 of the paper), §3 (a cell is free only where a beam crossed it); spec 6 §2 (layers lie along the ground; what
+// lies on it or below it is in no layer).
 struct IntensityLayersParams {
     window_from_lidar_x: vec4<f32>,     // at the first point's time where deskewed
     window_from_lidar_y: vec4<f32>,
@@ -21,7 +22,7 @@ struct IntensityLayersParams {
     clear_steps: u32,                   // intensity from which a return clears transparent cells before it
     standing: u32,                      // 1: a return that stands counts as full scale, whatever its intensity
     floor_m: f32,                       // height up to which a return does not stand
-    pad: u32,
+    ground_band_m: f32,                 // what lies this near a ground that was seen is floor
 }
 
 // Whether points are placed by the pose at their own times.
@@ -34,6 +35,9 @@ override clearing: bool = false;
 @group(0) @binding(0) var<uniform> intensity_layers_params: IntensityLayersParams;
 @group(0) @binding(2) var<storage, read_write> layer_sums: array<atomic<u32>>;
 @group(0) @binding(3) var<storage, read_write> sector_range: array<atomic<u32>>;
+// 0: height of a place of the window above the ground, as a scalar product with (place, 1); 1: x: above 0 where it was seen
+// (spec 6 §2).
+@group(0) @binding(5) var<storage, read> ground_now: array<vec4<f32>>;
 
 fn height(bound: u32) -> f32 {
     return intensity_layers_params.heights[bound / 4u][bound % 4u];
@@ -137,10 +141,10 @@ fn all_finite(first: vec4<u32>, time_s: f32) -> bool {
 }
 
 // Intensity in steps; where intensities say nothing, full scale of what stands and 0 of the floor.
-fn intensity_of(measured: f32, z: f32) -> u32 {
+fn intensity_of(measured: f32, stands: bool) -> u32 {
     let share = clamp(measured * intensity_layers_params.per_unit, 0.0, 1.0);
-    let stands = select(0.0, 1.0, z > intensity_layers_params.floor_m);
-    return u32(select(share, stands, intensity_layers_params.standing == 1u) * INTENSITY_STEPS + 0.5);
+    let full = select(0.0, 1.0, stands);
+    return u32(select(share, full, intensity_layers_params.standing == 1u) * INTENSITY_STEPS + 0.5);
 }
 
 @compute @workgroup_size(64)
@@ -154,14 +158,27 @@ fn intensity_layers(@builtin(global_invocation_id) id: vec3<u32>) {
     if !all_finite(first, time_s) {
         return;
     }
-    let at = in_window(first, time_s);
-    let intensity = intensity_of(bitcast<f32>(first.w), at.z);
-    add_to_layers(at, second.y & 0xffffu, intensity);
-    let seen = at.xy - intensity_layers_params.lidar;
+    let placed = in_window(first, time_s);
+    let seen = placed.xy - intensity_layers_params.lidar;
+    // From the lidar's height on, across the ground: layers lie along it.
+    let up = ground_now[0];
+    let at = vec3(placed.xy, dot(up.xy, seen) + up.z * placed.z);
+    let lidar_m = dot(up.xy, intensity_layers_params.lidar) + up.w;
+    let above_m = at.z + lidar_m;
+    let on_ground = ground_now[1].x > 0.5;
+    // What lies below the ground is no thing that stands: a beam goes no farther than the ground.
+    let below = on_ground && above_m < -intensity_layers_params.ground_band_m && lidar_m > 0.0;
+    let crossing = select(1.0, lidar_m / max(lidar_m - above_m, 1.0e-6), below);
+    let stands = select(at.z > intensity_layers_params.floor_m, above_m >= intensity_layers_params.ground_band_m, on_ground);
+    let intensity = intensity_of(bitcast<f32>(first.w), stands);
+    if !(on_ground && above_m < intensity_layers_params.ground_band_m) {
+        add_to_layers(at, second.y & 0xffffu, intensity);
+    }
     let sector = 2u * sector_of(seen.x, seen.y);
-    let range = u32(clamp(reach(length(seen), at.z), 0.0, 4.0e6) * SECTOR_STEPS_PER_M);
+    let away = length(seen) * crossing;
+    let range = u32(clamp(reach(away, at.z * crossing), 0.0, 4.0e6) * SECTOR_STEPS_PER_M);
     atomicMax(&sector_range[sector], range);
-    add_beam(sector / 2u, length(seen), at.z);
+    add_beam(sector / 2u, away, at.z * crossing);
     if clearing && intensity >= intensity_layers_params.clear_steps {
         atomicMax(&sector_range[sector + 1u], range);
     }

@@ -31,5 +31,6 @@ fn move_window(@builtin(global_invocation_id) id: vec3<u32>) {
         forget_cameras(slot);
         forget_lidars(slot);
         forget_panes(slot);
+        forget_drops(slot);
     }
 }

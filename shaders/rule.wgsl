@@ -1,5 +1,5 @@
 // Decides every cell of the window by the rule, from what the layers say: cost, row, sensor and age in one word.
-// spec 4 §2 (the rule), §3 (age), §4 (the word).
+// spec 4 §2 (the rule), §3 (age), §4 (the word); spec 6 §2 (drops).
 struct RuleParams {
     fresh_since: array<vec4<u32>, 5>,   // by sensor + 1: the tick before which its evidence is stale
     side: u32,
@@ -99,5 +99,8 @@ fn rule(@builtin(global_invocation_id) id: vec3<u32>) {
         && is_refuted(hits_of(slot, rule_params.height_min_m), crossed(slot)) {
         lidars.state |= LIDAR_REFUTING;
     }
-    verdicts[id.y * side + id.x] = decide(panes_say(slot), lidars, cameras);
+    let verdict = decide(panes_say(slot), lidars, cameras);
+    let drop = drops_say(slot);
+    let drops = drop.state != 0u && verdict_cost(verdict) != COST_LETHAL;
+    verdicts[id.y * side + id.x] = select(verdict, worded(DROP, drop), drops);
 }

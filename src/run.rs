@@ -1,5 +1,7 @@
 //! A source through the mapper into sinks, with up to three observations of a sensor under way.
 
+mod mount;
+
 use std::collections::VecDeque;
 use std::ops::Range;
 use std::time::{Duration, Instant};
@@ -7,9 +9,10 @@ use std::time::{Duration, Instant};
 use crate::base::{Error, Result, duration_ns};
 use crate::config::{Config, Method};
 use crate::input::{Source, SourceReport};
-use crate::map::Update;
+use crate::map::{GroundRun, Update};
 use crate::mapper::{Mapper, Options, SensorInfo, Submitted};
 use crate::output::Sink;
+pub use crate::run::mount::{Mistake, MountHint};
 use crate::sensor::{Observation, SensorKind, SensorModel};
 
 /// What a run did with one sensor.
@@ -29,8 +32,35 @@ pub struct SensorRun {
     pub degraded: u64,
     /// Scans to whose pose the lidar jumped from the scan before.
     pub pose_jumps: u64,
+    /// What it saw of the ground.
+    pub ground: GroundRun,
+    /// A mistake of its mount that explains why it sees no floor.
+    pub mount: Option<MountHint>,
+    /// Observations that were asked for one.
+    mount_asked: u32,
     /// The last result.
     pub last: Option<Update>,
+}
+
+/// Observations of a sensor that are asked why they show no floor.
+const MOUNT_ASKED: u32 = 5;
+
+impl SensorRun {
+    /// Asks an observation without a floor for a mistake of the mount.
+    fn ask_mount(&mut self, update: &Update, observation: &Observation) {
+        let wanted = update.ground.as_ref().is_some_and(|ground| !ground.seen) && self.ground.seen == 0;
+        if wanted && self.mount.is_none() && self.mount_asked < MOUNT_ASKED {
+            self.mount_asked += 1;
+            self.mount = mount::mistake(observation);
+        }
+    }
+
+    /// What the floor says against the configuration and the transforms.
+    fn warning(&self, sensor: &SensorInfo) -> Option<String> {
+        let mount = self.mount.filter(|_| self.ground.seen == 0).map(|mount| mount.text(&sensor.frame_id));
+        let text = mount.or_else(|| self.ground.warning(sensor.config.ground_z_m))?;
+        Some(format!("{}: {text}", self.name))
+    }
 }
 
 /// What a run did.
@@ -47,6 +77,8 @@ pub struct RunReport {
     pub adapter: String,
     /// What was decided when the passes were built and in the run, in words.
     pub notes: Vec<String>,
+    /// What a user should look at: a mount or a height that what was seen contradicts.
+    pub warnings: Vec<String>,
     /// Building the passes, compilation included.
     pub build: Duration,
     /// From the first observation in to the last result written.
@@ -70,6 +102,7 @@ impl RunReport {
         sensor.taken += 1;
         sensor.degraded += u64::from(update.camera().is_some_and(|camera| camera.degraded));
         sensor.pose_jumps += u64::from(update.lidar().is_some_and(|lidar| lidar.pose_jumped));
+        sensor.ground.count(update.ground.as_ref());
         self.latest = if update.map.is_some() { Some(number) } else { self.latest };
         sensor.last = Some(update);
     }
@@ -124,6 +157,8 @@ pub fn run(
         finished = finished.and(sink.finish());
     }
     run.report.read = run.source.report();
+    let sensors = run.report.sensors.iter().zip(run.source.sensors());
+    run.report.warnings = sensors.filter_map(|(of, sensor)| of.warning(sensor)).collect();
     outcome.and(finished)?;
     if run.report.taken() == 0 {
         let models = run.source.sensors().iter().map(|sensor| sensor.model.kind());
@@ -297,6 +332,10 @@ impl Run<'_> {
     fn take(&mut self, mapper: &mut Mapper) -> Result<()> {
         let observation = self.under_way.pop_front().flatten();
         let Some(update) = mapper.wait()? else { return Ok(()) };
+        let sensor = update.sensor.and_then(|number| self.report.sensors.get_mut(number));
+        if let (Some(sensor), Some(observation)) = (sensor, &observation) {
+            sensor.ask_mount(&update, observation);
+        }
         for sink in self.sinks.iter_mut() {
             sink.write(&update, observation.as_ref())?;
         }

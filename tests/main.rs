@@ -10,6 +10,7 @@ mod config;
 mod eval;
 mod glass;
 mod golden;
+mod ground;
 mod lidar;
 mod map;
 mod network;

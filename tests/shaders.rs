@@ -74,6 +74,8 @@ fn all() -> impl Iterator<Item = ShaderSource> {
         .chain(limpid::sim::passes::ALL)
         .chain(limpid::stage::glass::LABELLING)
         .chain([limpid::stage::glass::CLEAN])
+        .chain(limpid::stage::ground::ALL)
+        .chain(limpid::stage::drops::ALL)
 }
 
 fn wgsl_files(folder: &Path, found: &mut BTreeSet<String>) {
@@ -137,14 +139,15 @@ fn glass_job() -> LidarJob {
     LidarJob { glass: Some(glass), map, ..scan_job() }
 }
 
-const ALL_LAYERS: Layers = Layers { cameras: true, lidars: true, panes: true };
+const ALL_LAYERS: Layers = Layers { cameras: true, lidars: true, panes: true, drops: true };
 
 /// Plans of maps with several sensors, by both laws of inflation, with and without each layer.
 fn one_map_plans() -> Vec<Plan> {
     let cameras = Layers { cameras: true, ..Layers::default() };
     let lidars = Layers { lidars: true, ..Layers::default() };
     let mut plans = Vec::new();
-    for layers in [ALL_LAYERS, Layers { panes: false, ..ALL_LAYERS }, cameras, lidars] {
+    let kinds = [ALL_LAYERS, Layers { panes: false, drops: false, ..ALL_LAYERS }, cameras, lidars];
+    for layers in kinds {
         for inflation_law in [InflationLaw::Nav2, InflationLaw::Goal] {
             let config = Config { inflation_law, ..small_map() };
             let side = config.cells_per_side().unwrap();

@@ -39,6 +39,8 @@ struct SeeThroughGatherParams {
 @group(0) @binding(4) var<storage, read> cell_hits: array<CellHits>;
 @group(0) @binding(5) var<storage, read> around_far_m: array<f32>;
 @group(0) @binding(6) var<storage, read_write> seen_through: array<u32>;
+// 0: height of a place of the window above the ground, as a scalar product with (place, 1) (spec 6 §2).
+@group(0) @binding(7) var<storage, read> ground_now: array<vec4<f32>>;
 
 const NEAR_M = 0.05;
 const MAX_SAMPLES = 4096.0;
@@ -73,9 +75,12 @@ fn clip(s: vec2<f32>, origin: f32, step: f32, low: f32, high: f32) -> vec2<f32> 
     return vec2(max(s.x, min(a, b)), min(s.y, max(a, b)));
 }
 
+// The vertical through a cell's centre between two heights above the ground.
 fn stretch_of(centre: vec2<f32>, low_m: f32, high_m: f32) -> Stretch {
-    var a = to_camera(vec3(centre, low_m));
-    var b = to_camera(vec3(centre, high_m));
+    let up = ground_now[0];
+    let z = (vec2(low_m, high_m) - up.w - dot(up.xy, centre)) / up.z;
+    var a = to_camera(vec3(centre, z.x));
+    var b = to_camera(vec3(centre, z.y));
     var none: Stretch;
     none.samples = 0.0;
     let near = clip(vec2(0.0, 1.0), a.z, b.z - a.z, NEAR_M, 1.0e9);

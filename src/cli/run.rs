@@ -181,6 +181,9 @@ pub(super) fn print_report(report: &RunReport) {
     for note in report.notes.iter().chain(&report.read.read.notes) {
         println!("note: {note}");
     }
+    for warning in &report.warnings {
+        println!("warning: {warning}");
+    }
     for (reason, count) in report.read.sensors.iter().flat_map(|sensor| sensor.dropped.reasons()) {
         println!("dropped: {count} points: {}", reason.text());
     }
@@ -216,6 +219,10 @@ fn print_sensor(sensor: &SensorRun) {
         );
     }
     let Some(last) = &sensor.last else { return };
+    let kind = if last.camera().is_some() { "camera" } else { "lidar" };
+    if let Some(text) = sensor.ground.text(kind) {
+        println!("{name}: {text}");
+    }
     if let Some(camera) = last.camera() {
         let c = camera.counters;
         println!(

@@ -1,8 +1,8 @@
 //! What every parameter is where nobody states it.
 
 use super::{
-    Config, Fusion, InflationKernel, InflationLaw, LayerMeasure, LidarClearsCamera, Method, PlaneSource,
-    SolidBy,
+    Config, Fusion, GroundSource, InflationKernel, InflationLaw, LayerMeasure, LidarClearsCamera, Method,
+    PlaneSource, SolidBy,
 };
 use crate::sensor::ReturnCodes;
 
@@ -29,7 +29,10 @@ impl Default for Config {
             pair_tolerance_s: 0.02,
             transform_tolerance_s: 0.0,
             depth_unit_m: 0.001,
+            ground: GroundSource::Estimate,
             ground_z_m: 0.0,
+            ground_keep_s: 5.0,
+            drop_m: 0.15,
             depth_min_m: 0.17,
             depth_max_m: 10.0,
             range_gate_m: 5.0,

@@ -6,6 +6,16 @@ use super::validate::{from_0_up, positive};
 use super::{Config, bad_key};
 use crate::base::Result;
 
+/// Where the ground is taken from (spec 6 §2).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum GroundSource {
+    /// What the sensors see of it; `ground_z_m` until they do, and where they see the same within noise.
+    Estimate,
+    /// `ground_z_m`, level.
+    Stated,
+}
+
 /// Which occupied cells of the cameras a lidar may refute (spec 4 §2, row 5).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
@@ -49,7 +59,11 @@ impl Config {
             ("cell_timeout_s", self.cell_timeout_s),
             ("order_window_s", self.order_window_s),
         ])?;
-        positive(&[("publish_rate_hz", self.publish_rate_hz)])?;
+        positive(&[
+            ("publish_rate_hz", self.publish_rate_hz),
+            ("ground_keep_s", self.ground_keep_s),
+            ("drop_m", self.drop_m),
+        ])?;
         if !(1..=MAX_POINTS).contains(&self.max_points) {
             return Err(bad_key("max_points", format!("{} is not in 1..={MAX_POINTS}", self.max_points)));
         }

@@ -21,7 +21,7 @@ mod validate;
 pub use crate::sensor::SensorKind;
 pub use keys::{Scope, scope_of};
 pub use lidar::{InflationKernel, LayerMeasure, MAX_TALL_LAYERS, PlaneSource, SolidBy};
-pub use map::{InflationLaw, LidarClearsCamera, MAX_POINTS};
+pub use map::{GroundSource, InflationLaw, LidarClearsCamera, MAX_POINTS};
 pub use sensors::{MAX_SENSORS, SensorConfig, SensorInfo};
 
 /// Every parameter with its default, commented, as YAML.
@@ -132,8 +132,14 @@ pub struct Config {
     /// Metres per count of integer depth images (0.001: millimetres).
     pub depth_unit_m: f64,
 
-    /// Height of the ground in the map frame, metres.
+    /// Where the ground is taken from.
+    pub ground: GroundSource,
+    /// Height of the ground in the map frame, metres; where it is estimated, what is taken until it was seen.
     pub ground_z_m: f64,
+    /// How long an estimated ground is believed that is not seen any more, seconds.
+    pub ground_keep_s: f64,
+    /// Depth below the ground from which a place is a drop, metres.
+    pub drop_m: f64,
     /// Smallest depth taken as measured, metres (all methods but naive, median and temporal).
     pub depth_min_m: f64,
     /// Largest depth taken as measured, metres (same methods).

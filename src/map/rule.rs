@@ -14,6 +14,7 @@
 //! | 9 | none | unknown | free | free | 0 |
 //! | 10 | none | unknown | unknown | unknown | 255 |
 //! | 11 | any verdict of free or passable whose evidence is stale | | | stale | 255 |
+//! | 12 | any verdict that is not lethal, where the ground drops away | | | drop | 254 |
 //!
 //! With `lidar_clears_camera: never` row 5 never applies.
 
@@ -77,6 +78,9 @@ pub const REFUTING_GAP_M: f64 = 0.1;
 
 /// The row of stale cells.
 pub const STALE_ROW: u32 = 11;
+
+/// The row of cells in which the ground drops away.
+pub const DROP_ROW: u32 = 12;
 
 /// What a configuration decides of the rule.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -147,6 +151,8 @@ pub enum Layer {
     Lidar = 2,
     /// Occupancy.
     Camera = 3,
+    /// Drops.
+    Drops = 4,
 }
 
 /// A row of the rule: it applies where the states of all three layers meet its masks, and no row before it does.
@@ -173,8 +179,9 @@ const fn row(number: u32, name: &'static str, masks: [u32; 3], cost: Cost, from:
     Row { number, name, panes, lidar, camera, cost, from }
 }
 
-/// The rule. No mask meets row 11: it is what becomes of a free or passable cell whose evidence is stale.
-pub const ROWS: [Row; 11] = [
+/// The rule. No mask meets the last two rows: row 11 is what becomes of a free or passable cell whose evidence is stale, row 12 what
+/// becomes of any cell that is not lethal where the ground drops away.
+pub const ROWS: [Row; 12] = [
     row(1, "glass", [panes::PANE, ANY, ANY], Cost::Lethal, Layer::Panes),
     row(2, "solid", [panes::NONE, lidar::SOLID, ANY], Cost::Lethal, Layer::Lidar),
     row(3, "transparent", [panes::NONE, lidar::TRANSPARENT, ANY], Cost::Lethal, Layer::Lidar),
@@ -186,12 +193,13 @@ pub const ROWS: [Row; 11] = [
     row(9, "free", [panes::NONE, lidar::UNKNOWN, camera::FREE], Cost::Free, Layer::Camera),
     row(10, "unknown", [panes::NONE, lidar::UNKNOWN, camera::UNKNOWN], Cost::Unknown, Layer::None),
     row(STALE_ROW, "stale", [0, 0, 0], Cost::Unknown, Layer::None),
+    row(DROP_ROW, "drop", [0, 0, 0], Cost::Lethal, Layer::Drops),
 ];
 
 const NOT_OCCUPIED: u32 = camera::UNKNOWN | camera::FREE;
 
 /// The rule as `settings` have it.
-pub fn rows(settings: &RuleSettings) -> [Row; 11] {
+pub fn rows(settings: &RuleSettings) -> [Row; 12] {
     ROWS.map(|row| match (row.number, settings.lidar_clears_camera) {
         (4, _) if settings.passable_over_camera => {
             Row { name: "passable", cost: Cost::Passable, from: Layer::Lidar, ..row }
@@ -210,7 +218,7 @@ pub fn rule(settings: &RuleSettings, panes: u32, lidar: u32, camera: u32) -> Opt
 
 /// The rule as WGSL, for a map of which only some layers `may_say` something (panes, lidars, cameras): rows that cannot apply
 /// are left out. `lidar_state_of(class)`, `camera_state_of(state)`, and `rule_of(panes, lidar, camera)`, which gives a row as a
-/// word: its cost in bits 0-7, its number in bits 8-11, its layer in bits 12-13, whether it goes stale in bit 16.
+/// word: its cost in bits 0-7, its number in bits 8-11, its layer in bits 12-14, whether it goes stale in bit 16.
 pub fn rule_wgsl(settings: &RuleSettings, [has_panes, has_lidars, has_cameras]: [bool; 3]) -> String {
     let mut text = String::from("// The rule (spec 4 §2), written out from its table.\n");
     let mut line = |line: String| text += &(line + "\n");
@@ -240,13 +248,15 @@ pub fn rule_wgsl(settings: &RuleSettings, [has_panes, has_lidars, has_cameras]: 
         let stale = u32::from(row.cost.goes_stale());
         row.cost.value(settings) | row.number << 8 | (row.from as u32) << 12 | stale << 16
     };
-    let stale = rows.iter().filter(|row| row.number == STALE_ROW).map(word).next().unwrap_or(0);
-    line(format!("const STALE = {stale}u;"));
+    for (name, number) in [("STALE", STALE_ROW), ("DROP", DROP_ROW)] {
+        let value = rows.iter().filter(|row| row.number == number).map(word).next().unwrap_or(0);
+        line(format!("const {name} = {value}u;"));
+    }
     line("fn rule_of(panes: u32, lidar: u32, camera: u32) -> u32 {".into());
     let silent = [(has_panes, panes::NONE), (has_lidars, lidar::UNKNOWN), (has_cameras, camera::UNKNOWN)];
     let possible = |row: &&Row| {
         let masks = [row.panes, row.lidar, row.camera].into_iter().zip(silent);
-        row.number != STALE_ROW
+        row.panes != 0
             && masks.into_iter().all(|(mask, (says, nothing))| says || mask & nothing != 0)
     };
     for row in rows.iter().filter(possible) {
@@ -293,6 +303,10 @@ pub fn rule_markdown() -> String {
             STALE_ROW => writeln!(
                 text,
                 "| {STALE_ROW} | any verdict of free or passable whose evidence is stale | | | {verdict} | {cost} |"
+            ),
+            DROP_ROW => writeln!(
+                text,
+                "| {DROP_ROW} | any verdict that is not lethal, where the ground drops away | | | {verdict} | {cost} |"
             ),
             number => writeln!(text, "| {number} | {panes} | {lidar} | {camera} | {verdict} | {cost} |"),
         };

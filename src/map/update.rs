@@ -6,7 +6,7 @@ use glam::DVec2;
 
 use crate::base::Rigid;
 use crate::map::glass::LabelledScan;
-use crate::map::{CellClass, Grid, State, Verdict};
+use crate::map::{CellClass, Grid, Ground, State, Verdict};
 
 /// Counts of one frame, from the GPU.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize)]
@@ -195,6 +195,8 @@ pub struct Update {
     pub base_from_sensor: Rigid,
     /// What came of the observation.
     pub seen: Option<Seen>,
+    /// The ground as the sensor knows it; `None` where it is stated, and for a published map.
+    pub ground: Option<Ground>,
     /// The map.
     pub map: Option<MapUpdate>,
     /// GPU time per pass in milliseconds, in order, when profiling.

@@ -6,7 +6,7 @@ use super::{
     Options, SensorInfo, camera_plan, camera_stages, lidar_plan, lidar_stages, map_plan, map_stages,
 };
 use crate::base::{Error, Result};
-use crate::config::{Config, MAX_POINTS, Method};
+use crate::config::{Config, GroundSource, MAX_POINTS, Method};
 use crate::gpu::{Context, Plan};
 use crate::map::PaneSet;
 use crate::map::pane_file::read_panes;
@@ -44,6 +44,16 @@ impl Kind {
         }
     }
 
+    /// The stated ground, where it is estimated.
+    pub(super) fn ground_z_m(&self) -> Option<f64> {
+        let config = match self {
+            Self::Camera(job) => &job.config,
+            Self::Lidar(job) => &job.config,
+            Self::Map(_) => return None,
+        };
+        (config.ground == GroundSource::Estimate).then_some(config.ground_z_m)
+    }
+
     pub(super) fn camera(job: CameraJob) -> Result<Program> {
         let job = Arc::new(job);
         let stages = camera_stages(&job);
@@ -72,10 +82,11 @@ pub(super) fn map_job(config: &Config, sensors: &[SensorInfo], options: &Options
     let of_lidars = lidars && cameras == 0;
     let config = one_size(config, of_lidars);
     config.validate()?;
+    let drops = config.ground == GroundSource::Estimate;
     Ok(MapJob {
         side: config.cells_per_side()?,
         config,
-        layers: Layers { cameras: cameras > 0, lidars, panes: glass_lidars > 0 },
+        layers: Layers { cameras: cameras > 0, lidars, panes: glass_lidars > 0, drops },
         sensors: sensors.len(),
         cameras,
         glass_lidars,

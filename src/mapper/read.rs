@@ -9,8 +9,8 @@ use crate::config::InflationLaw;
 use crate::gpu::{Executor, Readback};
 use crate::map::glass::LabelledScan;
 use crate::map::{
-    CameraUpdate, Counters, FrameImages, FrameLayers, LidarUpdate, MapUpdate, ScanLayers, Seen, State,
-    Update, Verdict,
+    CameraUpdate, Counters, FrameImages, FrameLayers, Ground, LidarUpdate, MapUpdate, ScanLayers, Seen,
+    State, Update, Verdict,
 };
 use crate::stage::{CameraJob, LidarJob, MapJob};
 
@@ -28,6 +28,7 @@ impl Built {
             Kind::Map(map) => (None, map),
         };
         let published = pending.sensor.is_none() || !map.apart;
+        let ground = self.kind.ground_z_m().map(|z_m| reader.ground(&pending, z_m)).transpose()?;
         let map = published.then(|| reader.map(map, &pending)).transpose()?;
         let spans = readback.spans.iter();
         Ok(Update {
@@ -38,6 +39,7 @@ impl Built {
             map_from_base: pending.pose.map_from_base,
             base_from_sensor: pending.pose.base_from_sensor,
             seen,
+            ground,
             map,
             pass_ms: spans.clone().map(|(name, span)| (name.clone(), span.length_ns * 1e-6)).collect(),
             pass_start_ms: spans.map(|(_, span)| span.start_ns * 1e-6).collect(),
@@ -103,6 +105,12 @@ impl Reader<'_> {
             state: State::Ok,
             sensors: pending.states.clone(),
         })
+    }
+
+    fn ground(&self, pending: &Pending, ground_z_m: f64) -> Result<Ground> {
+        let mut words = self.bytes("ground_now")?.chunks_exact(16).map(pod_read_unaligned::<[f32; 4]>);
+        let now = std::array::from_fn(|_| words.next().unwrap_or_default());
+        Ok(Ground::read(&now, pending.pose, ground_z_m))
     }
 
     fn images(&self, job: &CameraJob) -> Result<FrameImages> {

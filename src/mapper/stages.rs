@@ -9,11 +9,13 @@ use crate::stage::camera::{
     back_project, drm, ingest, pane_clip, see_through, spatial_median, tally, update, weigh,
 };
 use crate::stage::glass::{LabelGlass, pane_cells};
+use crate::stage::drops::Drops;
+use crate::stage::ground::Ground;
 use crate::stage::lidar::{intensity_classes, intensity_layers};
 use crate::stage::map::{goal_costs, goal_inflation, inflate, move_window, rule, scan_values};
 use crate::stage::{CameraJob, LidarJob, MapJob, Stage, color_stage};
 
-/// The stages of a camera's frame, in order (spec 1 §1 to §3: reliability, move window, update, hysteresis, inflate).
+/// The stages of a camera's frame, in order (spec 1 §1 to §3, spec 6 §2: reliability, ground, move window, update, hysteresis, inflate).
 pub fn camera_stages(job: &Arc<CameraJob>) -> Vec<Box<dyn Stage>> {
     let of = || Arc::clone(job);
     let mut stages: Vec<Box<dyn Stage>> = vec![Box::new(ingest::Ingest { job: of() })];
@@ -29,11 +31,15 @@ pub fn camera_stages(job: &Arc<CameraJob>) -> Vec<Box<dyn Stage>> {
     if job.confidence {
         stages.push(Box::new(weigh::Weigh { job: of() }));
     }
+    stages.push(Box::new(Ground::of_camera(job)));
     stages.push(Box::new(move_window::MoveWindow { map: Arc::clone(&job.map), frame: true }));
     if job.map.layers.panes {
         stages.push(Box::new(pane_clip::PaneClip { job: of() }));
     }
     stages.push(Box::new(back_project::BackProject { job: of() }));
+    if job.map.layers.drops {
+        stages.push(Box::new(Drops::of_camera(job)));
+    }
     stages.push(Box::new(see_through::SeeThrough::new(job)));
     stages.push(Box::new(update::Update { job: of() }));
     if !job.map.apart {
@@ -44,16 +50,20 @@ pub fn camera_stages(job: &Arc<CameraJob>) -> Vec<Box<dyn Stage>> {
     stages
 }
 
-/// The stages of a lidar's scan, in order (spec 3; spec 2 §2 to §4).
+/// The stages of a lidar's scan, in order (spec 3; spec 6 §2; spec 2 §2 to §4).
 pub fn lidar_stages(job: &Arc<LidarJob>) -> Vec<Box<dyn Stage>> {
     let of = || Arc::clone(job);
     let mut stages: Vec<Box<dyn Stage>> = Vec::new();
     if let Some(glass) = &job.glass {
         stages.push(Box::new(LabelGlass { job: of(), glass: glass.clone() }));
     }
+    stages.push(Box::new(Ground::of_lidar(job)));
     stages.push(Box::new(move_window::MoveWindow { map: Arc::clone(&job.map), frame: false }));
     stages.push(Box::new(intensity_layers::IntensityLayers { job: of() }));
     stages.push(Box::new(intensity_classes::IntensityClasses { job: of() }));
+    if job.map.layers.drops {
+        stages.push(Box::new(Drops::of_lidar(job)));
+    }
     if job.glass.is_some() {
         stages.push(Box::new(pane_cells::PaneCells { job: of() }));
     }

@@ -13,7 +13,7 @@ use crate::base::Rigid;
 use crate::base::{Error, Result};
 use crate::config::Config;
 use crate::config::SensorInfo;
-use crate::map::{CameraUpdate, CellClass, Counters, LidarUpdate, MapUpdate, Seen, State, Update, Verdict};
+use crate::map::{CameraUpdate, CellClass, Counters, Ground, GroundFrom, GroundPlane, LidarUpdate, MapUpdate, Seen, State, Update, Verdict};
 use crate::output::{FileNames, Sink, create_folder, encode_error, grid_mismatch, narrow, pass_sums_ms};
 use crate::sensor::Observation;
 
@@ -181,6 +181,8 @@ struct Record<'a> {
     map: Option<MapRecord>,
     #[serde(flatten)]
     seen: Option<SeenRecord>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    ground: Option<GroundRecord>,
     pass_ms: BTreeMap<&'a str, f64>,
 }
 
@@ -204,6 +206,53 @@ enum SeenRecord {
     Lidar { base_from_lidar: PoseRecord, points: usize },
 }
 
+/// The ground as the sensor knows it.
+#[derive(Serialize)]
+struct GroundRecord {
+    from: GroundFrom,
+    agrees: bool,
+    seen: bool,
+    sensor_height_m: f64,
+    support: f64,
+    area_m2: f64,
+    pierced_m2: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    plane: Option<PlaneRecord>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    above_stated_m: Option<f64>,
+}
+
+/// A plane below the sensor.
+#[derive(Serialize)]
+struct PlaneRecord {
+    normal: [f64; 3],
+    below_m: f64,
+    tilt_deg: f64,
+    messages: u32,
+}
+
+impl From<&Ground> for GroundRecord {
+    fn from(ground: &Ground) -> Self {
+        let plane = |plane: GroundPlane| PlaneRecord {
+            normal: plane.normal.to_array(),
+            below_m: plane.below_m,
+            tilt_deg: plane.tilt_deg(),
+            messages: plane.messages,
+        };
+        Self {
+            from: ground.from,
+            agrees: ground.agrees,
+            seen: ground.seen,
+            sensor_height_m: ground.sensor_height_m,
+            support: ground.support,
+            area_m2: ground.area_m2,
+            pierced_m2: ground.pierced_m2,
+            plane: ground.plane.map(plane),
+            above_stated_m: ground.above_stated_m,
+        }
+    }
+}
+
 #[derive(Serialize)]
 struct PoseRecord {
     translation_m: [f64; 3],
@@ -225,6 +274,7 @@ impl<'a> Record<'a> {
             state: map.map(|map| map.state).or_else(|| seen?.state()),
             map: map.map(MapRecord::of),
             seen: seen.map(|seen| SeenRecord::of(seen, update.base_from_sensor)),
+            ground: update.ground.as_ref().filter(|_| seen.is_some()).map(GroundRecord::from),
             pass_ms: pass_sums_ms(update).into_iter().collect(),
         }
     }

@@ -2,7 +2,9 @@
 //! plan, and its parameters for one observation. `mapper/stages.rs` lists them in order.
 
 pub mod camera;
+pub mod drops;
 pub mod glass;
+pub mod ground;
 mod job;
 pub mod lidar;
 pub mod map;

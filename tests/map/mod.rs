@@ -5,6 +5,7 @@ mod clock;
 mod determinism;
 mod drm;
 mod geometry;
+mod ground;
 mod inputs;
 mod methods;
 mod rolling;

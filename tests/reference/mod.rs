@@ -7,6 +7,7 @@ pub(crate) mod drm;
 pub(crate) mod glass;
 pub(crate) mod goal_costs;
 pub(crate) mod goal_inflation;
+pub(crate) mod ground;
 pub(crate) mod inflate;
 pub(crate) mod ingest;
 pub(crate) mod intensity_classes;

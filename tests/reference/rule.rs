@@ -35,6 +35,8 @@ pub(crate) struct Cell {
     /// Lowest and highest hit, metres above the ground.
     pub(crate) hits: [f64; 2],
     pub(crate) mean_r: f64,
+    /// Whether the ground drops away.
+    pub(crate) drop: Option<Seen<()>>,
 }
 
 /// The switches.
@@ -66,6 +68,16 @@ fn refutes(cell: &Cell) -> bool {
 
 /// The verdict.
 pub(crate) fn rule(switches: &Switches, clock: &Clock<'_>, cell: &Cell) -> Word {
+    let verdict = rule_of_layers(switches, clock, cell);
+    match cell.drop {
+        Some(drop) if verdict.0 != 254 => {
+            (254, 12, Some(drop.sensor), (clock.now.saturating_sub(drop.tick) / 10).min(32767))
+        }
+        _ => verdict,
+    }
+}
+
+fn rule_of_layers(switches: &Switches, clock: &Clock<'_>, cell: &Cell) -> Word {
     let age = |tick: u32| clock.now.saturating_sub(tick);
     let stale = |tick: u32, sensor: usize| {
         tick < clock.fresh_since[sensor] || (clock.cell_timeout > 0 && age(tick) > clock.cell_timeout)

@@ -6,6 +6,7 @@ use limpid::Config;
 use limpid::base::Rigid;
 use limpid::gpu::Invocations;
 use limpid::sensor::{CameraModel, Distortion};
+use limpid::stage::ground::stated_now;
 use limpid::stage::camera::back_project::{BACK_PROJECT, BackProjectParams, STRIP, rays};
 use limpid::stage::camera::see_through::TILE;
 use limpid::stage::rows;
@@ -65,6 +66,7 @@ impl View<'_> {
         let [width, height] = [self.camera.width, self.camera.height].map(|size| size as usize);
         Fragment::new()
             .params("back_project_params", &params)
+            .input("ground_now", &stated_now(0.0))
             .input("depth_m", self.depth_m)
             .input("reliability", self.reliability)
             .input("rays", &rays(&self.camera))

@@ -2,6 +2,7 @@
 
 use glam::{Vec2, Vec4};
 use limpid::gpu::Invocations;
+use limpid::stage::ground::stated_now;
 use limpid::stage::lidar::intensity_classes::{INTENSITY_CLASSES, IntensityClassesParams, layer_params};
 
 use crate::reference::intensity_classes::{Cell, Limits, classify};
@@ -61,6 +62,7 @@ fn run(
     let sums: Vec<[u32; 2]> = layers.iter().flatten().copied().collect();
     Fragment::new()
         .params("intensity_classes_params", params)
+        .input("ground_now", &stated_now(0.5))
         .params("solid_cells_params", &layer_params(20, 0, 0.5))
         .input("layer_sums", &sums)
         .input("sector_range", &vec![(reach_m * 1024.0) as u32; 2 * SECTORS])

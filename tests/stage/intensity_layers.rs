@@ -3,6 +3,7 @@
 use glam::{Vec2, Vec4};
 use limpid::gpu::{Invocations, ShaderSource};
 use limpid::sensor::Point;
+use limpid::stage::ground::stated_now;
 use limpid::stage::lidar::intensity_layers::{
     INTENSITY_LAYERS, INTENSITY_LAYERS_OF_BUFFER, IntensityLayersParams, POINT_ROW,
 };
@@ -44,7 +45,7 @@ pub(super) fn params(points: usize) -> IntensityLayersParams {
         clear_steps: 3000,
         standing: 0,
         floor_m: 0.0,
-        pad: 0,
+        ground_band_m: 0.1,
     }
 }
 
@@ -62,6 +63,7 @@ fn run_on(
 ) -> Outputs {
     points
         .params("intensity_layers_params", params)
+        .input("ground_now", &stated_now(1.0))
         .changed("layer_sums", &vec![0_u32; SIDE * SIDE * 5 * 2])
         .changed("sector_range", &[0_u32; SECTORS * 2])
         .constants(constants)
@@ -218,6 +220,7 @@ fn poison_is_left_out() {
     assert_eq!(out.words("layer_sums").iter().sum::<u32>(), 4080 + 2, "clamped to full scale and to 0");
     Fragment::new()
         .params("intensity_layers_params", &params(1))
+        .input("ground_now", &stated_now(1.0))
         .input("points", &[0_u32; 8])
         .changed("layer_sums", &[0_u32; 2])
         .changed("sector_range", &[0_u32; 2])

@@ -9,6 +9,7 @@ mod glass_labels;
 mod glass_search;
 mod goal_costs;
 mod goal_inflation;
+mod ground;
 mod inflate;
 mod ingest;
 mod intensity_classes;

@@ -12,7 +12,7 @@ use crate::reference::rule::{self as twin, Camera, Cell, Clock, Lidar, Seen, Swi
 use crate::support::gpu::{Fragment, skipped};
 use crate::support::random::Random;
 
-const ALL: Layers = Layers { cameras: true, lidars: true, panes: true };
+const ALL: Layers = Layers { cameras: true, lidars: true, panes: true, drops: true };
 const HEIGHT_MIN_M: f64 = 0.1;
 const SWITCHES: Switches = Switches { passable_cost: 50, passable_over_camera: false, clears: Some(false) };
 
@@ -28,8 +28,8 @@ fn settings(switches: &Switches) -> RuleSettings {
     }
 }
 
-/// The records of a cell: (cells, cell_marks, solid_cells, pane_cells).
-type Records = ([u32; 4], [u32; 2], [u32; 4], [u32; 2]);
+/// The records of a cell: (cells, cell_marks, solid_cells, pane_cells, drop_cells).
+type Records = ([u32; 4], [u32; 2], [u32; 4], [u32; 2], [u32; 4]);
 
 fn records(cell: &Cell) -> Records {
     let sensor = |sensor: usize| (sensor as u32 + 1) << 24;
@@ -54,7 +54,9 @@ fn records(cell: &Cell) -> Records {
         [class as u32 | 7 << 20, seen.tick, heights, (gap * 1024.0).round() as u32 | sensor(seen.sensor)]
     });
     let pane = cell.pane.map_or([0; 2], |seen| [3 | sensor(seen.sensor), seen.tick]);
-    (camera.0, camera.1, solid, pane)
+    // One that was a drop and is none any more has a record, too.
+    let drop = cell.drop.map_or([5, 7, sensor(3), 9], |seen| [5, seen.tick, sensor(seen.sensor) | 1, 0]);
+    (camera.0, camera.1, solid, pane, drop)
 }
 
 fn fragment(cells: &[Cell], side: u32, origin_slot: [u32; 2], clock: &Clock<'_>, layers: Layers) -> Fragment {
@@ -86,6 +88,9 @@ fn fragment(cells: &[Cell], side: u32, origin_slot: [u32; 2], clock: &Clock<'_>,
     if layers.panes {
         fragment = fragment.input("pane_cells", &ring.iter().map(|r| r.3).collect::<Vec<_>>());
     }
+    if layers.drops {
+        fragment = fragment.input("drop_cells", &ring.iter().map(|r| r.4).collect::<Vec<_>>());
+    }
     fragment
 }
 
@@ -104,7 +109,7 @@ fn run(text: ShaderText, cells: &[Cell], side: u32, clock: &Clock<'_>, layers: L
 }
 
 const EMPTY: Cell =
-    Cell { pane: None, lidar: None, crossing: None, camera: None, hits: [0.3, 0.5], mean_r: 1.0 };
+    Cell { pane: None, lidar: None, crossing: None, camera: None, hits: [0.3, 0.5], mean_r: 1.0, drop: None };
 
 fn lidar(state: Lidar) -> Cell {
     Cell { lidar: Some(Seen { state, tick: 900, sensor: 1 }), ..EMPTY }
@@ -123,6 +128,11 @@ fn refuted() -> Cell {
         mean_r: 0.5,
         ..EMPTY
     }
+}
+
+/// The ground drops away there.
+fn drop(cell: Cell) -> Cell {
+    Cell { drop: Some(Seen { state: (), tick: 950, sensor: 4 }), ..cell }
 }
 
 const CLOCK: Clock<'static> = Clock { now: 1000, fresh_since: &[0; 16], cell_timeout: 0 };
@@ -157,6 +167,9 @@ fn every_row_applies_in_a_case_and_its_negative_does_not() {
         (lidar(Lidar::Free), (0, 8, Some(1), 10), camera(Camera::Free)),
         (camera(Camera::Free), (0, 9, Some(0), 20), EMPTY),
         (camera(Camera::Unknown), (255, 10, None, 0), camera(Camera::Free)),
+        (drop(EMPTY), (254, 12, Some(4), 5), EMPTY),
+        (drop(lidar(Lidar::Free)), (254, 12, Some(4), 5), drop(lidar(Lidar::Solid))),
+        (drop(refuted()), (254, 12, Some(4), 5), refuted()),
     ] {
         assert_eq!(one(&SWITCHES, &CLOCK, cell), want);
         assert_ne!(one(&SWITCHES, &CLOCK, negative).1, want.1, "the negative of row {}", want.1);
@@ -200,6 +213,7 @@ fn stale_free_and_passable_cells_are_unknown_and_lethal_ones_stay() {
     assert_eq!(one(&SWITCHES, &lidar_out, lidar(Lidar::Passable)), (255, 11, Some(1), 10));
     assert_eq!(one(&SWITCHES, &lidar_out, refuted()).1, 11);
     assert_eq!(one(&SWITCHES, &lidar_out, lidar(Lidar::Solid)).1, 2);
+    assert_eq!(one(&SWITCHES, &lidar_out, drop(lidar(Lidar::Free))).1, 12, "a drop stays");
     let both = |state| Cell { camera: camera(Camera::Free).camera, ..lidar(state) };
     assert_eq!(one(&SWITCHES, &lidar_out, both(Lidar::Free)), (0, 8, Some(0), 20), "a camera saw through it");
     assert_eq!(one(&SWITCHES, &lidar_out, both(Lidar::Passable)), (50, 7, Some(0), 20));
@@ -237,6 +251,7 @@ fn random_cell(random: &mut Random) -> Cell {
         camera: random.chance(0.8).then_some(Seen { state: camera, tick: e, sensor: f }),
         hits: [low, low + step(random.below(20))],
         mean_r: f64::from(random.below(256)) / 255.0,
+        drop: random.chance(0.1).then(|| Seen { state: (), tick: a + 1, sensor: f }),
     }
 }
 
@@ -245,7 +260,7 @@ fn twin_at_all_sizes_and_switches() {
     if skipped() {
         return;
     }
-    let mut rows = [0; 12];
+    let mut rows = [0; 13];
     for (number, side) in [1, 7, 8, 9, 33].into_iter().enumerate() {
         let mut random = Random(60 + number as u64);
         for (clears, passable_over_camera) in [(None, false), (Some(false), true), (Some(true), false)] {
@@ -272,13 +287,14 @@ fn layers_that_a_map_lacks_say_nothing() {
     }
     let mut random = Random(77);
     let cells: Vec<Cell> = (0..81).map(|_| random_cell(&mut random)).collect();
-    for bits in 1..8_u32 {
-        let layers = Layers { cameras: bits & 1 != 0, lidars: bits & 2 != 0, panes: bits & 4 != 0 };
+    for bits in 1..16_u32 {
+        let layers = Layers { cameras: bits & 1 != 0, lidars: bits & 2 != 0, panes: bits & 4 != 0, drops: bits & 8 != 0 };
         let got = run(shader(layers, &settings(&SWITCHES), 16), &cells, 9, &CLOCK, layers);
         let heard = |cell: &Cell| Cell {
             pane: cell.pane.filter(|_| layers.panes),
             lidar: cell.lidar.filter(|_| layers.lidars),
             camera: cell.camera.filter(|_| layers.cameras),
+            drop: cell.drop.filter(|_| layers.drops),
             ..*cell
         };
         let want: Vec<Word> = cells.iter().map(|cell| twin::rule(&SWITCHES, &CLOCK, &heard(cell))).collect();
@@ -304,7 +320,7 @@ fn poison_gives_verdicts_of_the_table() {
     for layers in [ALL, Layers { panes: false, ..ALL }, Layers { cameras: true, ..Layers::default() }] {
         for verdict in filled(layers).words("verdicts") {
             let verdict = Verdict(*verdict);
-            assert!((1..=11).contains(&verdict.row()), "{verdict:?}");
+            assert!((1..=12).contains(&verdict.row()), "{verdict:?}");
             assert!([0, 50, 254, 255].contains(&verdict.cost()), "{verdict:?}");
         }
     }
@@ -313,14 +329,14 @@ fn poison_gives_verdicts_of_the_table() {
 #[test]
 fn the_table_is_that_of_the_specification() {
     let numbers: Vec<u32> = ROWS.iter().map(|row| row.number).collect();
-    assert_eq!(numbers, (1..=11).collect::<Vec<_>>());
+    assert_eq!(numbers, (1..=12).collect::<Vec<_>>());
     let count = |state: CellClass| CLASS_STATES[state as usize];
     assert_eq!(count(CellClass::Solid), lidar::SOLID);
     assert_eq!(count(CellClass::Passable), lidar::PASSABLE);
     assert_eq!(count(CellClass::Transparent), lidar::TRANSPARENT);
     assert_eq!((count(CellClass::Unknown), count(CellClass::Free)), (lidar::UNKNOWN, lidar::FREE));
     let text = rule_markdown();
-    assert_eq!(text.lines().count(), 13);
+    assert_eq!(text.lines().count(), 14);
     let source = include_str!("../../src/map/rule.rs");
     let documented =
         source.lines().filter_map(|line| line.strip_prefix("//! |")).map(|line| format!("|{line}"));
@@ -331,6 +347,7 @@ fn the_table_is_that_of_the_specification() {
         "| 4 | none | passable | occupied | occupied, or passable with `passable_over_camera` | 254, or the passable cost with `passable_over_camera` |",
         "| 8 | none | free | unknown or free | free | 0 |",
         "| 11 | any verdict of free or passable whose evidence is stale | | | stale | 255 |",
+        "| 12 | any verdict that is not lethal, where the ground drops away | | | drop | 254 |",
     ] {
         assert!(text.lines().any(|written| written == line), "{line}\n{text}");
     }

@@ -8,6 +8,7 @@ use limpid::Config;
 use limpid::base::Rigid;
 use limpid::gpu::Invocations;
 use limpid::sensor::{CameraModel, Distortion};
+use limpid::stage::ground::stated_now;
 use limpid::stage::camera::see_through::{
     AROUND, GATHER, SeeThroughAroundParams, SeeThroughGatherParams, SeeThroughTilesParams, TILES, field,
 };
@@ -86,6 +87,7 @@ impl View {
         let steps = self.top_m.map_or(0, |top| ((top - self.config.height_min_m) * 65536.0) as u32 + 2);
         Fragment::new()
             .params("see_through_gather_params", &self.params())
+            .input("ground_now", &stated_now(0.0))
             .input("depth_m", &self.depth_m)
             .input("reliability", &self.reliability)
             .input("cells", &vec![[0, 0, 0, steps]; cells])
@@ -356,6 +358,7 @@ fn depths_to_a_pane_clear_as_far_as_those_to_a_wall() {
         let (params, cells) = (view.params(), view.side() * view.side());
         let out = Fragment::new()
             .params("see_through_gather_params", &params)
+            .input("ground_now", &stated_now(0.0))
             .input("depth_m", &view.depth_m)
             .input("reliability", &view.reliability)
             .input("cells", &vec![[0_u32; 4]; cells])

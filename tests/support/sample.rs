@@ -114,6 +114,7 @@ pub(crate) fn output() -> Update {
         index: 12,
         stamp_ns: STAMP_NS,
         map_frame: "map".into(),
+        ground: None,
         map_from_base: Rigid {
             rotation: DQuat::from_rotation_z(0.5),
             translation_m: DVec3::new(1.5, -2.0, 0.25),

@@ -1,7 +1,7 @@
 //! The states of sensors and map as ROS diagnostics (spec 1 §5, spec 4 §3).
 
 use crate::config::SensorInfo;
-use crate::map::{CameraUpdate, LidarUpdate, MapUpdate, Seen, State, Update};
+use crate::map::{CameraUpdate, Ground, GroundFrom, LidarUpdate, MapUpdate, Seen, State, Update};
 use crate::message::ros2::Header;
 use crate::message::written::{DiagnosticArray, DiagnosticStatus, KeyValue};
 use crate::output::{one_of_several, pass_sums_ms};
@@ -144,7 +144,32 @@ fn values(update: &Update, seen: &Seen) -> Vec<KeyValue> {
         Seen::Camera(camera) => camera_values(camera),
         Seen::Lidar(lidar) => lidar_values(lidar),
     };
+    values.extend(update.ground.iter().flat_map(ground_values));
     values.extend(passes(update));
+    values
+}
+
+/// Where heights count from, and the floor as the sensor sees it.
+fn ground_values(ground: &Ground) -> Vec<KeyValue> {
+    let from = match ground.from {
+        GroundFrom::Stated => "stated",
+        GroundFrom::Seen => "seen",
+        GroundFrom::Other => "other",
+    };
+    let mut values = vec![
+        pair("ground_from", from.into()),
+        pair("ground_seen", ground.seen.to_string()),
+        pair("ground_sensor_height_m", format!("{:.4}", ground.sensor_height_m)),
+        pair("ground_support", format!("{:.3}", ground.support)),
+        pair("ground_area_m2", format!("{:.2}", ground.area_m2)),
+    ];
+    if let Some(plane) = ground.plane {
+        values.push(pair("ground_tilt_deg", format!("{:.2}", plane.tilt_deg())));
+        values.push(pair("ground_below_m", format!("{:.4}", plane.below_m)));
+    }
+    if let Some(above_m) = ground.above_stated_m {
+        values.push(pair("ground_above_stated_m", format!("{above_m:.4}")));
+    }
     values
 }
 

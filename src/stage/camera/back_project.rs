@@ -39,7 +39,7 @@ crate::params! {
         pub window_from_camera_x: Vec4,
         /// Second row.
         pub window_from_camera_y: Vec4,
-        /// Third row; z = 0 is the ground.
+        /// Third row; z = 0 is the stated ground.
         pub window_from_camera_z: Vec4,
         /// Pixels.
         pub width: u32,

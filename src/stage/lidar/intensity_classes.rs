@@ -94,7 +94,7 @@ crate::params! {
         pub tick: u32,
         /// The lidar's number among the sensors, + 1.
         pub sensor: u32,
-        /// Height of the lidar above the ground.
+        /// Height of the lidar above the stated ground.
         pub lidar_height_m: f32,
         /// Unused.
         pub pad: u32,

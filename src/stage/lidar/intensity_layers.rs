@@ -122,8 +122,8 @@ crate::params! {
         pub standing: u32,
         /// Height above the lidar up to which a return does not stand.
         pub floor_m: f32,
-        /// Unused.
-        pub pad: u32,
+        /// What lies this near a ground that was seen is floor.
+        pub ground_band_m: f32,
     }
 }
 
@@ -175,7 +175,7 @@ pub fn params(job: &LidarJob, moment: &Moment<'_>) -> Result<IntensityLayersPara
         clear_steps: if clear_steps == 0 { u32::MAX } else { clear_steps },
         standing: u32::from(moment.standing),
         floor_m: single(floor_m(config, placed.lidar_z_m)),
-        pad: 0,
+        ground_band_m: single(config.height_min_m),
     })
 }
 

@@ -12,12 +12,15 @@ pub struct Layers {
     pub lidars: bool,
     /// Panes, by lidars that search for glass: `pane_cells`.
     pub panes: bool,
+    /// Where the ground drops away, by all sensors that estimate it: `drop_cells`.
+    pub drops: bool,
 }
 
 /// Names of the buffers and bytes a cell.
 const CAMERA_BUFFERS: [(&str, u64); 2] = [("cells", 16), ("cell_marks", 8)];
 const LIDAR_BUFFERS: [(&str, u64); 1] = [("solid_cells", 16)];
 const PANE_BUFFERS: [(&str, u64); 1] = [("pane_cells", 8)];
+const DROP_BUFFERS: [(&str, u64); 1] = [("drop_cells", 16)];
 
 impl Layers {
     /// Names of its buffers and bytes a cell.
@@ -25,7 +28,8 @@ impl Layers {
         let cameras = CAMERA_BUFFERS.into_iter().filter(move |_| self.cameras);
         let lidars = LIDAR_BUFFERS.into_iter().filter(move |_| self.lidars);
         let panes = PANE_BUFFERS.into_iter().filter(move |_| self.panes);
-        cameras.chain(lidars).chain(panes)
+        let drops = DROP_BUFFERS.into_iter().filter(move |_| self.drops);
+        cameras.chain(lidars).chain(panes).chain(drops)
     }
 
     /// Declares those of its buffers that the plan does not have yet, for a window of `side` x `side` cells.

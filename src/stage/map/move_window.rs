@@ -9,7 +9,7 @@ use crate::stage::map::layers::Layers;
 use crate::stage::{MapJob, Moment, Stage};
 
 /// The files of the pass over those layers; `frame`: whether it clears the sums of a camera's frame too.
-pub fn parts(layers: Layers, frame: bool) -> [&'static str; 8] {
+pub fn parts(layers: Layers, frame: bool) -> [&'static str; 9] {
     [
         include_str!("../../../shaders/lib/cell.wgsl"),
         include_str!("../../../shaders/lib/slot.wgsl"),
@@ -33,6 +33,11 @@ pub fn parts(layers: Layers, frame: bool) -> [&'static str; 8] {
             include_str!("../../../shaders/lib/window/panes.wgsl")
         } else {
             include_str!("../../../shaders/lib/window/no_panes.wgsl")
+        },
+        if layers.drops {
+            include_str!("../../../shaders/lib/window/drops.wgsl")
+        } else {
+            include_str!("../../../shaders/lib/window/no_drops.wgsl")
         },
         include_str!("../../../shaders/move_window.wgsl"),
     ]

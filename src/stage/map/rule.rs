@@ -76,7 +76,7 @@ pub fn params(moment: &RuleMoment<'_>) -> RuleParams {
 }
 
 /// The files of the pass over those layers, before and after the rule's own text.
-pub fn parts(layers: Layers) -> [&'static str; 8] {
+pub fn parts(layers: Layers) -> [&'static str; 9] {
     [
         include_str!("../../../shaders/lib/cell.wgsl"),
         include_str!("../../../shaders/lib/slot.wgsl"),
@@ -96,6 +96,11 @@ pub fn parts(layers: Layers) -> [&'static str; 8] {
             include_str!("../../../shaders/lib/rule/panes.wgsl")
         } else {
             include_str!("../../../shaders/lib/rule/no_panes.wgsl")
+        },
+        if layers.drops {
+            include_str!("../../../shaders/lib/rule/drops.wgsl")
+        } else {
+            include_str!("../../../shaders/lib/rule/no_drops.wgsl")
         },
         include_str!("../../../shaders/rule.wgsl"),
     ]

@@ -1,0 +1,2 @@
+// A map without drops.
+fn forget_drops(slot: u32) {}
