@@ -1,5 +1,7 @@
 // Finds pixels of a depth image that lie below the ground where nothing explains it: neither the ground, seen where their rays
-// cross it, nor a thing that stands where they seem to lie, whose mirror image they are. spec 6 §2 (drop-offs).
+// cross it, nor a thing whose mirror image they are. spec 6 §2 (drop-offs).
+// A mirror image has its thing as far above the ground as it lies below: where the camera looks past that place, there is none,
+// and what lies below is real. Where it does not look there, the ground around the crossing decides: a mirror is a patch of it.
 @group(0) @binding(0) var<uniform> drop_params: DropParams;
 @group(0) @binding(1) var<storage, read> depth_m: array<f32>;
 @group(0) @binding(2) var<storage, read> reliability: array<f32>;
@@ -14,6 +16,22 @@ override distorted: bool = true;
 
 // Rays outside the lens model's field are stored this large.
 const NO_RAY = 1.0e6;
+
+// What the camera sees of a place: it does not look there, it looks past it, or something is there, or before it.
+const NOT_SEEN = 0u;
+const LOOKED_PAST = 1u;
+const IN_THE_WAY = 2u;
+const NEAR_M = 0.05;
+// How near that place something is the thing that is mirrored: so much, and a share of its depth; pixels around that are asked.
+const MIRROR_M = 0.1;
+const MIRROR_PER_M = 0.08;
+const MIRROR_STEP_PX = 2.0;
+// Of the nine pixels so many must look past it: some are spikes.
+const LEAST_PAST = 6u;
+// How far around a patch of a mirror the ground must show: behind it, and beside it, in steps.
+const PATCH_STEP_M = 0.05;
+const PATCH_STEPS = 30u;
+const PATCH_SIDE_STEPS = 8u;
 
 fn ray_of(pixel: u32) -> vec2<f32> {
     if distorted {
@@ -47,6 +65,54 @@ fn stands_near(at: vec2<f32>) -> bool {
     return stands;
 }
 
+// What the camera sees of the place as far above the ground as `place` lies below it.
+fn seen_mirrored(place: vec3<f32>, height: f32) -> u32 {
+    let off = place - 2.0 * height * ground_now[0].xyz - sensor_in_window();
+    let at = drop_params.window_from_sensor_x.xyz * off.x
+        + drop_params.window_from_sensor_y.xyz * off.y
+        + drop_params.window_from_sensor_z.xyz * off.z;
+    let ideal = at.xy / max(at.z, NEAR_M) * drop_params.focal_px + drop_params.centre_px;
+    let size = vec2<f32>(f32(drop_params.width), f32(drop_params.measured / drop_params.width));
+    // A lens with distortion moves it: it is not known where to.
+    if distorted || at.z < NEAR_M {
+        return NOT_SEEN;
+    }
+    var past = 0u;
+    var in_the_way = false;
+    for (var k = 0u; k < 9u; k++) {
+        let pixel = floor(ideal + MIRROR_STEP_PX * (vec2(f32(k % 3u), f32(k / 3u)) - 1.0) + 0.5);
+        if all(pixel >= vec2(0.0)) && all(pixel < size) {
+            let depth = depth_m[u32(pixel.y) * drop_params.width + u32(pixel.x)];
+            let is_there = depth != 0.0 && abs(depth) < at.z + MIRROR_M + MIRROR_PER_M * at.z;
+            in_the_way = in_the_way || is_there;
+            past += select(0u, 1u, depth > 0.0 && !is_there);
+        }
+    }
+    return select(select(NOT_SEEN, LOOKED_PAST, past >= LEAST_PAST), IN_THE_WAY, in_the_way);
+}
+
+fn is_ground_at(at: vec2<f32>) -> bool {
+    let cell = cell_of(at);
+    return cell != NO_CELL && (cell_hits[min(cell, arrayLength(&cell_hits) - 1u)].top == FLOOR || is_known_ground(cell));
+}
+
+// Whether the ground goes on behind a place, as the camera looks, or close by on both sides of it.
+fn is_in_ground(at: vec2<f32>) -> bool {
+    let away = at - sensor_in_window().xy;
+    let along = PATCH_STEP_M * away / max(length(away), 1.0e-6);
+    let across = vec2(-along.y, along.x);
+    var sides = vec3(false);
+    for (var k = 1u; k < PATCH_STEPS + 1u; k++) {
+        let beside = k <= PATCH_SIDE_STEPS;
+        sides |= vec3(
+            is_ground_at(at + f32(k) * along),
+            beside && is_ground_at(at + f32(k) * across),
+            beside && is_ground_at(at - f32(k) * across),
+        );
+    }
+    return sides.x || (sides.y && sides.z);
+}
+
 @compute @workgroup_size(64)
 fn pixels(@builtin(global_invocation_id) id: vec3<u32>) {
     let u = (id.x % max(drop_params.columns, 1u)) * drop_params.stride;
@@ -62,9 +128,18 @@ fn pixels(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let place = in_window(vec3(ray * depth, depth));
     let height = height_of(place);
-    if !is_deep(place, height) {
-        return;
+    for (var turn = 0u; turn < turns_if(is_deep(place, height)); turn++) {
+        let crossing = crossing_of(place, height);
+        let seen = seen_mirrored(place, height);
+        // What lies far off is too uncertain to go by the ground alone.
+        let is_far = length(place.xy - sensor_in_window().xy) > drop_params.range_m;
+        var explained = seen == IN_THE_WAY || (seen == NOT_SEEN && is_far);
+        for (var ask = 0u; ask < turns_if(!explained); ask++) {
+            explained = is_ground_near(crossing) || stands_near(place.xy);
+        }
+        for (var ask = 0u; ask < turns_if(!explained && seen == NOT_SEEN); ask++) {
+            explained = is_in_ground(crossing);
+        }
+        mark(crossing, place.xy, explained);
     }
-    let crossing = crossing_of(place, height);
-    mark(crossing, place.xy, is_ground_near(crossing) || stands_near(place.xy));
 }

@@ -36,9 +36,8 @@ fn returns(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let place = in_window(at);
     let height = height_of(place);
-    if !is_deep(place, height) {
-        return;
+    for (var turn = 0u; turn < turns_if(is_deep(place, height)); turn++) {
+        let crossing = crossing_of(place, height);
+        mark(crossing, place.xy, is_ground_beyond(crossing));
     }
-    let crossing = crossing_of(place, height);
-    mark(crossing, place.xy, is_ground_beyond(crossing));
 }

@@ -13,18 +13,19 @@
 @group(0) @binding(5) var<storage, read_write> ground_now: array<vec4<f32>, 5>;
 
 const LANES = 128u;
-// Planes that are fitted, the ones with most samples that differ.
-const CANDIDATES = 4u;
+// Planes that are fitted: the one that is expected, and the ones with most samples that differ.
+const CANDIDATES = 5u;
 // Refits, by samples nearer and nearer, so that the feet of walls count no more: share of the tolerance of the first, and by
 // which it falls.
 const REFITS = 5u;
 const FIRST_SHARE = 1.0;
+const EXPECTED_SHARE = 0.5;
 const FALLING = 0.75;
 // Two planes are one where their heights, and slopes, differ less.
 const SAME_M = 0.1;
 const SAME_SLOPE = 0.05;
 // Least squares: variance along the ground, m2, below which gravity, or the last plane, decides the slope.
-const PRIOR_M2 = 0.02;
+const PRIOR_M2 = 0.006;
 // What a ground needs: samples, and m2 of squares.
 const LEAST_SAMPLES = 24u;
 const LEAST_AREA_M2 = 0.4;
@@ -44,18 +45,23 @@ const MOST_ABOVE_BASE_M = 0.12;
 const MOST_BELOW_BASE_M = 0.35;
 // The same where the base is assumed to stand on the stated ground, right under a camera: a table is higher.
 const MOST_ABOVE_ASSUMED_M = 0.35;
-// A plane so near what was expected, in height and slope, counts so many times.
-const EXPECTED_M = 0.15;
-const EXPECTED_SLOPE = 0.09;
-const EXPECTED_COUNTS = 4.0;
+// A plane as it was expected counts so much more, and less the more it differs: by how much in height and slope. Else one that
+// runs through the floor and the foot of a ramp, or the lower floor below the edge of a platform, would have more area.
+const EXPECTED_COUNTS = 30.0;
+const EXPECTED_WITHIN_M = 0.05;
+const EXPECTED_WITHIN_SLOPE = 0.03;
+// As far as this it may still be the edge of a platform.
+const EXPECTED_M = 0.06;
+const EXPECTED_SLOPE = 0.05;
 // From one message to the next the ground moves no more than this once ESTABLISHED messages showed it; and two sensors
 // that see one floor differ by no more than their mounts are wrong.
 const ESTABLISHED = 3u;
 const MOST_STEP_M = 0.12;
+const MOST_STEP_SLOPE = 0.09;
 const MOST_MOUNT_M = 0.35;
 const MOST_MOUNT_SLOPE = 0.2;
-// The stated ground is taken where the plane is near it, so far around the base, metres.
-const AGREES_WITHIN_M = 5.0;
+// Steps of the distance to the stated ground a metre.
+const APART_STEPS_PER_M = 10000.0;
 // Time in which the kept plane follows what is seen, ticks of 0.01 s.
 const FOLLOW_TICKS = 50.0;
 
@@ -71,6 +77,7 @@ var<workgroup> pierced: array<atomic<u32>, FIELD_WORDS>;
 var<workgroup> nearest: array<atomic<u32>, SPREAD_SECTORS>;    // by direction; inverted, 0: none
 var<workgroup> farthest: array<atomic<u32>, SPREAD_SECTORS>;
 var<workgroup> pierced_samples: atomic<u32>;
+var<workgroup> most_apart: atomic<u32>;
 var<workgroup> plane_now: vec3<f32>;                // z = x a + y b + c; c of no plane is above 0
 var<workgroup> tried: array<vec3<f32>, CANDIDATES>;
 
@@ -119,8 +126,19 @@ fn is_same(a: vec3<f32>, b: vec3<f32>, at: vec2<f32>, most_m: f32, most_slope: f
     return abs(height_at(a, at) - height_at(b, at)) < most_m && length(a.xy - b.xy) < most_slope;
 }
 
-// The plane with most samples, the first of equals, that is none of those before.
+// How much more a plane counts as it is like the expected one.
+fn like_expected(plane: vec3<f32>) -> f32 {
+    let wanted = expected();
+    let apart = (height_at(plane, ground_params.base.xy) - height_at(wanted, ground_params.base.xy)) / EXPECTED_WITHIN_M;
+    let turned_by = length(plane.xy - wanted.xy) / EXPECTED_WITHIN_SLOPE;
+    return select(0.0, EXPECTED_COUNTS * exp(-apart * apart - turned_by * turned_by), is_plane(wanted));
+}
+
+// The plane with most samples, the first of equals, that is none of those before; at first the one that is expected.
 fn next_plane(turn: u32) -> vec3<f32> {
+    if turn == 0u {
+        return expected();
+    }
     var best = vec3(0.0, 0.0, 1.0);
     var most = LEAST_SAMPLES - 1u;
     for (var k = 0u; k < HYPOTHESES; k++) {
@@ -284,7 +302,7 @@ fn goes_on(plane: vec3<f32>) -> bool {
     if known != ground_params.sensor {
         return is_same(plane, kept, ground_params.base.xy, MOST_MOUNT_M, MOST_MOUNT_SLOPE);
     }
-    return ground[known].count < ESTABLISHED || is_same(plane, kept, ground_params.base.xy, MOST_STEP_M, EXPECTED_SLOPE);
+    return ground[known].count < ESTABLISHED || is_same(plane, kept, ground_params.base.xy, MOST_STEP_M, MOST_STEP_SLOPE);
 }
 
 fn judged(plane: vec3<f32>) -> Found {
@@ -303,15 +321,16 @@ fn judged(plane: vec3<f32>) -> Found {
     let near = is_same(plane, expected(), ground_params.base.xy, EXPECTED_M, EXPECTED_SLOPE);
     var found = Found(plane, 0.0, is_level && (near || is_whole), areas.x, areas.y, on.x / max(on.y, 1.0));
     if found.level && is_under_base(plane) && goes_on(plane) {
-        found.value = areas.x * select(1.0, EXPECTED_COUNTS, near);
+        found.value = areas.x * (1.0 + like_expected(plane));
     }
     return found;
 }
 
-fn keep(found: Found) {
+// The plane as it is kept now; none where this message did not show the ground.
+fn keep(found: Found) -> vec3<f32> {
     let old = ground[ground_params.sensor];
     if found.value == 0.0 {
-        return;
+        return vec3(0.0, 0.0, 1.0);
     }
     var kept = Kept(vec4(0.0), max(ground_params.tick, 1u), 1u, found.area_m2, 0u);
     var plane = found.plane;
@@ -325,13 +344,26 @@ fn keep(found: Found) {
     let normal = normal_of(plane);
     kept.plane = vec4(normal.xyz, normal.w + dot(normal.xyz, sensor_place()));
     ground[ground_params.sensor] = kept;
+    return plane;
 }
 
-// Whether the stated ground is as good, as the two differ less than noise may make them.
-fn agrees(plane: vec3<f32>) -> bool {
-    let apart = abs(height_at(plane, ground_params.base.xy) - (ground_params.stated_z - sensor_place().z));
-    return ground_params.has_map == 1u
-        && apart + length(plane.xy) * AGREES_WITHIN_M <= ground_params.agrees_m;
+// Whether the stated ground is as good, as where the plane is seen the two differ less than noise may make them.
+fn keep_agreement() {
+    let apart = f32(atomicLoad(&most_apart)) / APART_STEPS_PER_M;
+    let agrees = ground_params.has_map == 1u && apart > 0.0 && apart <= ground_params.agrees_m;
+    ground[ground_params.sensor].agrees = select(0u, 1u, agrees);
+}
+
+// The largest distance between the plane and the stated ground where samples show it.
+fn mark_apart(lane: u32, count: u32) {
+    let stated = ground_params.stated_z - sensor_place().z;
+    for (var k = lane; k < min(count, MOST_SAMPLES); k += LANES) {
+        let taken = textureLoad(ground_samples, sample_texel(k), 0u);
+        if abs(off_plane(taken)) < taken.w {
+            let apart = abs(height_at(plane_now, taken.xy) - stated);
+            atomicMax(&most_apart, u32(min(apart, 1000.0) * APART_STEPS_PER_M) + 1u);
+        }
+    }
 }
 
 fn tell(found: Found) {
@@ -342,7 +374,7 @@ fn tell(found: Found) {
     var agreed = false;
     if is_known {
         let plane = ground[known].plane;
-        agreed = agrees(slopes_of(from_sensor(ground[known])));
+        agreed = ground[known].agrees == 1u;
         heights = select(vec4(plane.xyz, dot(plane.xyz, zero) - plane.w), heights, agreed);
     }
     let source = select(select(0.0, 2.0, is_known), 1.0, known == ground_params.sensor);
@@ -366,7 +398,7 @@ fn settle(@builtin(local_invocation_index) lane: u32) {
             tried[turn] = plane_now;
         }
         workgroupBarrier();
-        var share = FIRST_SHARE;
+        var share = select(FIRST_SHARE, EXPECTED_SHARE, turn == 0u);
         for (var k = 0u; k < REFITS; k++) {
             sum_up(lane, select(0u, count, is_plane(plane_now)), share);
             workgroupBarrier();
@@ -398,7 +430,16 @@ fn settle(@builtin(local_invocation_index) lane: u32) {
         workgroupBarrier();
     }
     if lane == 0u {
-        keep(best);
+        plane_now = keep(best);
+        atomicStore(&most_apart, 0u);
+    }
+    workgroupBarrier();
+    mark_apart(lane, select(0u, count, is_plane(plane_now)));
+    workgroupBarrier();
+    if lane == 0u {
+        if is_plane(plane_now) {
+            keep_agreement();
+        }
         tell(best);
     }
 }

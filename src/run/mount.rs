@@ -65,19 +65,18 @@ impl MountHint {
     }
 }
 
-/// The mistake under which an observation shows a floor, where it shows none as it is placed.
+/// The mistake under which an observation that shows no ground shows a floor, and more of it than anything level as it is placed.
 pub(super) fn mistake(observation: &Observation) -> Option<MountHint> {
     let rotation = observation.pose?.map_from_sensor().rotation;
     let points = points(observation);
     let floor = |turn: DQuat| floor_below_m(points.iter().map(|point| rotation * (turn * *point)).collect());
-    if floor(DQuat::IDENTITY).is_some() {
-        return None;
-    }
+    let as_placed = floor(DQuat::IDENTITY).map_or(0, |(_, squares)| squares);
     let seen = turns(observation).into_iter().filter_map(|(mistake, turn)| {
         let (below_m, squares) = floor(turn)?;
         Some((squares, MountHint { mistake, below_m }))
     });
-    seen.max_by_key(|(squares, _)| *squares).map(|(_, hint)| hint)
+    let most = seen.max_by_key(|(squares, _)| *squares);
+    most.filter(|(squares, _)| *squares > as_placed).map(|(_, hint)| hint)
 }
 
 /// How what was measured must be turned in the sensor's own frame to undo a mistake.

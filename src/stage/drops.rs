@@ -86,7 +86,7 @@ pub const ALL: [ShaderSource; 7] =
     [PIXELS, REACH, REACH_OF_BUFFER, RETURNS, RETURNS_OF_BUFFER, DECIDE_OF_FRAME, DECIDE_OF_SCAN];
 
 /// Pixels that are looked at, at most; of larger images every n-th along rows and columns.
-const MOST_PIXELS: u32 = 80_000;
+const MOST_PIXELS: u32 = 20_000;
 
 /// Points below the ground that make a drop of a cell in one message: of a camera, of a lidar.
 const CAMERA_POINTS: u32 = 2;

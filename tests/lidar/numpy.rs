@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use limpid::Config;
+use limpid::config::GroundSource;
 use limpid::input::PosedScans;
 
 use crate::support::data_dir;
@@ -60,7 +61,9 @@ fn different<T>(got: &[T], want: &[u32], same: impl Fn(&T, u32) -> bool) -> usiz
 
 fn compare_with(number: usize, recording: &Path, config: &str) {
     let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("testdata/config").join(config);
-    let config = Config { static_transforms: Vec::new(), ..Config::read(&example).unwrap() };
+    // The program knows no floor: layers lie level, and what lies on the floor is in them.
+    let ground = GroundSource::Stated;
+    let config = Config { static_transforms: Vec::new(), ground, ..Config::read(&example).unwrap() };
     let mut scans = PosedScans::open(recording, &config).unwrap();
     let first = scans.next_observation().unwrap().map(ScanFrame::from).unwrap();
     let out = run_one(&config, &first);

@@ -47,10 +47,10 @@ pub(crate) fn refit(mut plane: Plane, samples: &[Sample], pull: DVec2) -> Plane 
         let middle = DVec2::new(mean(&|s| s.0.x), mean(&|s| s.0.y));
         let lift = mean(&|s| off(plane, s));
         let from = |s: &Sample| s.0.truncate() - middle;
-        let xx = mean(&|s| from(s).x * from(s).x) + 0.02;
+        let xx = mean(&|s| from(s).x * from(s).x) + 0.006;
         let xy = mean(&|s| from(s).x * from(s).y);
-        let yy = mean(&|s| from(s).y * from(s).y) + 0.02;
-        let back = 0.02 * (pull - plane.truncate());
+        let yy = mean(&|s| from(s).y * from(s).y) + 0.006;
+        let back = 0.006 * (pull - plane.truncate());
         let x = mean(&|s| from(s).x * (off(plane, s) - lift)) + back.x;
         let y = mean(&|s| from(s).y * (off(plane, s) - lift)) + back.y;
         let turn = DVec2::new(yy * x - xy * y, xx * y - xy * x) / (xx * yy - xy * xy);

@@ -170,7 +170,7 @@ fn truth_a_floor_that_the_mount_tilts_is_found() {
         // Up is turned with the camera.
         let up = DQuat::from_rotation_z(0.4) * turn * DVec3::Z;
         let found = DVec3::new(told.plane[0].into(), told.plane[1].into(), told.plane[2].into());
-        assert!(found.angle_between(up).to_degrees() < 0.05, "{found} for {up}");
+        assert!(found.angle_between(up).to_degrees() < 0.15, "{found} for {up}");
         assert!((f64::from(-told.plane[3]) - 0.6).abs() < 2e-3, "{:?}", told.plane);
         assert_close("sensor height", &[told.sensor_height_m], &[0.6_f32], FIT);
         assert_eq!(told.kept, told.plane, "the first is taken as it is");

@@ -4,6 +4,7 @@ mod align_color;
 mod back_project;
 mod cell_marks;
 mod drm;
+mod drops;
 mod glass;
 mod glass_labels;
 mod glass_search;

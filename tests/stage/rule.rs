@@ -243,7 +243,8 @@ fn random_cell(random: &mut Random) -> Cell {
     // Heights are whole steps, and none lies at a limit.
     let step = |steps: u32| f64::from(steps * 8 + 1) / 1024.0;
     let low = HEIGHT_MIN_M + step(random.below(30));
-    let crossing = [step(random.below(60)), step(30 + random.below(60)), step(random.below(16))];
+    let low_m = step(random.below(60));
+    let crossing = [low_m, step(30 + random.below(60)).max(low_m), step(random.below(16))];
     Cell {
         pane: random.chance(0.1).then_some(Seen { state: (), tick: a, sensor: b }),
         lidar: (lidar != Lidar::Unknown).then_some(Seen { state: lidar, tick: c, sensor: d }),

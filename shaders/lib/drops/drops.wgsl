@@ -33,9 +33,9 @@ struct DropParams {
 const DROPS = 1u;
 
 // What a message says of a cell, in the buffer `drop_marks`, two words: points below the ground that nothing explains, in bits
-// 0-15 of the first; MIRRORED where such a point is explained. The second: 1 where the ground is seen.
+// 0-23 of the first; MIRRORED where such a point is explained. The second: 1 where the ground is seen.
 const MIRRORED = 0x80000000u;
-const COUNT_MASK = 0xffffu;
+const COUNT_MASK = 0x00ffffffu;
 
 const NO_CELL = 0xffffffffu;
 

@@ -2,12 +2,23 @@
 
 // How much deeper than drop_m a place must lie for each metre of distance.
 const DEEPER_PER_M = 0.01;
+// No sensor measures farther.
+const FARTHEST_M = 300.0;
 // Messages that showed the ground in a cell before it is known there.
 const KNOWN_AFTER = 3u;
+
+// Turns of a loop that stands for an `if`: drivers that run both sides of a branch under a mask leave a loop as soon as no
+// lane needs it.
+fn turns_if(condition: bool) -> u32 {
+    return select(0u, 1u, condition);
+}
 
 // Whether a place of that height above the ground is a drop, seen from above the ground and near enough.
 fn is_deep(place: vec3<f32>, height: f32) -> bool {
     let away = length(crossing_of(place, height) - sensor_in_window().xy);
+    if !(length(place - sensor_in_window()) < FARTHEST_M) {
+        return false;
+    }
     return height < -(drop_params.drop_m + DEEPER_PER_M * away) && ground_now[1].y > 0.0 && away < drop_params.range_m;
 }
 

@@ -4,7 +4,7 @@ struct Kept {
     tick: u32,          // of the last message that showed it; 0: none did
     count: u32,         // of messages that showed it, up to MOST_COUNT
     area_m2: f32,       // of what showed it last
-    pad: u32,
+    agrees: u32,        // 1: the stated ground is taken for it
 }
 
 const MOST_COUNT = 1000u;

@@ -100,7 +100,7 @@ crate::params! {
         pub stated_z: f32,
         /// Side of the squares by which planes are measured.
         pub square_m: f32,
-        /// Difference to the stated ground up to which that is taken.
+        /// Difference to the stated ground up to which that is taken, where the plane is seen.
         pub agrees_m: f32,
         /// Least height of the sensor above the ground.
         pub least_height_m: f32,
