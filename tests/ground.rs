@@ -9,9 +9,9 @@ use limpid::sensor::{CameraInfo, FramePose, Observation, RgbdFrame};
 use limpid::{Config, Options, Result, RunReport, SensorInfo, Source, run};
 
 use crate::cli::{limpid as command, succeeds};
-use crate::support::{data_dir, data_path};
 use crate::support::gpu::skipped;
 use crate::support::scene::{Block, Scene, frame, pose, small_camera};
+use crate::support::{data_dir, data_path};
 
 /// Frames as a source.
 struct Frames {
@@ -92,7 +92,8 @@ fn mistakes_of_a_mount_are_named() {
         (Mistake::Sideways, DQuat::from_rotation_z(std::f64::consts::FRAC_PI_2), "stands on its side"),
     ] {
         let report = report(&config(), mounted(), turned(mounted(), turn));
-        let mount = report.sensors[0].mount.unwrap_or_else(|| panic!("{mistake:?}: {:?}", report.sensors[0].ground));
+        let mount =
+            report.sensors[0].mount.unwrap_or_else(|| panic!("{mistake:?}: {:?}", report.sensors[0].ground));
         assert_eq!(mount.mistake, mistake);
         assert!((mount.below_m - 0.6).abs() < 0.03, "{mount:?}");
         assert_eq!(report.sensors[0].ground.seen, 0, "{mistake:?}: {:?}", report.sensors[0].ground);
@@ -107,7 +108,9 @@ fn a_wrong_ground_z_is_named_with_the_right_one() {
     if skipped() {
         return;
     }
-    for (ground_z_m, part) in [(0.25, "0.25 m below ground_z_m (0.25)"), (-0.2, "0.20 m above ground_z_m (-0.2)")] {
+    for (ground_z_m, part) in
+        [(0.25, "0.25 m below ground_z_m (0.25)"), (-0.2, "0.20 m above ground_z_m (-0.2)")]
+    {
         let report = report(&Config { ground_z_m, ..config() }, mounted(), mounted());
         let [warning] = report.warnings.as_slice() else { panic!("{:?}", report.warnings) };
         assert!(warning.contains(part) && warning.contains("ground_z_m: "), "{warning}");

@@ -123,7 +123,7 @@ fn scan_job() -> LidarJob {
         deskew: true,
         layers: true,
         glass: None,
-        map: Arc::new(MapJob::of_lidar(&Config::default(), 200, false)),
+        map: Arc::new(MapJob::of_lidar(&Config { drop_m: 0.15, ..Config::default() }, 200, false)),
         sensor: 0,
         scope: String::new(),
         glass_number: 0,

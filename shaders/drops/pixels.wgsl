@@ -1,7 +1,8 @@
 // Finds pixels of a depth image that lie below the ground where nothing explains it: neither the ground, seen where their rays
 // cross it, nor a thing whose mirror image they are. spec 6 §2 (drop-offs).
 // A mirror image has its thing as far above the ground as it lies below: where the camera looks past that place, there is none,
-// and what lies below is real. Where it does not look there, the ground around the crossing decides: a mirror is a patch of it.
+// and what lies below may be real. A mirror, or a near floor that a matcher gets wrong, is a patch with ground behind it or on both
+// sides: so a gap narrower than that is no drop.
 @group(0) @binding(0) var<uniform> drop_params: DropParams;
 @group(0) @binding(1) var<storage, read> depth_m: array<f32>;
 @group(0) @binding(2) var<storage, read> reliability: array<f32>;
@@ -33,12 +34,11 @@ const PATCH_STEP_M = 0.05;
 const PATCH_STEPS = 30u;
 const PATCH_SIDE_STEPS = 8u;
 
-fn ray_of(pixel: u32) -> vec2<f32> {
+fn ray_of(pixel: u32, u: u32, v: u32) -> vec2<f32> {
     if distorted {
         return rays[pixel];
     }
-    let at = vec2(f32(pixel % drop_params.width), f32(pixel / drop_params.width));
-    return (at - drop_params.centre_px) / drop_params.focal_px;
+    return (vec2(f32(u), f32(v)) - drop_params.centre_px) / drop_params.focal_px;
 }
 
 // Whether the ground is seen in one of the cells around a place, in this frame or in several before.
@@ -113,16 +113,16 @@ fn is_in_ground(at: vec2<f32>) -> bool {
     return sides.x || (sides.y && sides.z);
 }
 
-@compute @workgroup_size(64)
+@compute @workgroup_size(16, 4)
 fn pixels(@builtin(global_invocation_id) id: vec3<u32>) {
-    let u = (id.x % max(drop_params.columns, 1u)) * drop_params.stride;
-    let v = (id.x / max(drop_params.columns, 1u)) * drop_params.stride;
+    let u = id.x * drop_params.stride;
+    let v = id.y * drop_params.stride;
     let pixel = v * drop_params.width + u;
-    if id.x >= drop_params.columns * drop_params.rows || pixel >= drop_params.measured || !is_ground_seen() {
+    if id.x >= drop_params.columns || id.y >= drop_params.rows || pixel >= drop_params.measured || !is_ground_seen() {
         return;
     }
     let depth = depth_m[pixel];
-    let ray = ray_of(pixel);
+    let ray = ray_of(pixel, u, v);
     if !(depth > 0.0 && ray.x < NO_RAY && reliability[pixel] > drop_params.tau) {
         return;
     }
@@ -137,7 +137,7 @@ fn pixels(@builtin(global_invocation_id) id: vec3<u32>) {
         for (var ask = 0u; ask < turns_if(!explained); ask++) {
             explained = is_ground_near(crossing) || stands_near(place.xy);
         }
-        for (var ask = 0u; ask < turns_if(!explained && seen == NOT_SEEN); ask++) {
+        for (var ask = 0u; ask < turns_if(!explained); ask++) {
             explained = is_in_ground(crossing);
         }
         mark(crossing, place.xy, explained);

@@ -51,6 +51,7 @@ const EXPECTED_COUNTS = 30.0;
 const EXPECTED_WITHIN_M = 0.05;
 const EXPECTED_WITHIN_SLOPE = 0.03;
 // As far as this it may still be the edge of a platform.
+const EDGE_SHARE = 0.15;
 const EXPECTED_M = 0.06;
 const EXPECTED_SLOPE = 0.05;
 // From one message to the next the ground moves no more than this once ESTABLISHED messages showed it; and two sensors
@@ -318,7 +319,8 @@ fn judged(plane: vec3<f32>) -> Found {
     let is_level = is_plane(plane) && plane.z < -ground_params.least_height_m && length(plane.xy) <= ground_params.most_slope
         && on.x >= f32(LEAST_SAMPLES) && areas.x >= LEAST_AREA_M2 && is_spread();
     let is_whole = areas.y <= MOST_PIERCED * areas.x && f32(atomicLoad(&pierced_samples)) <= MOST_PIERCED * on.x;
-    let near = is_same(plane, expected(), ground_params.base.xy, EXPECTED_M, EXPECTED_SLOPE);
+    let near = on.x >= EDGE_SHARE * on.y
+        && is_same(plane, expected(), ground_params.base.xy, EXPECTED_M, EXPECTED_SLOPE);
     var found = Found(plane, 0.0, is_level && (near || is_whole), areas.x, areas.y, on.x / max(on.y, 1.0));
     if found.level && is_under_base(plane) && goes_on(plane) {
         found.value = areas.x * (1.0 + like_expected(plane));

@@ -53,17 +53,19 @@ impl Config {
         }
     }
 
+    /// Whether places below an estimated ground are drops.
+    pub fn marks_drops(&self) -> bool {
+        self.ground == GroundSource::Estimate && self.drop_m > 0.0
+    }
+
     pub(super) fn validate_map(&self) -> Result<()> {
         from_0_up(&[
             ("timeout_s", self.timeout_s),
             ("cell_timeout_s", self.cell_timeout_s),
             ("order_window_s", self.order_window_s),
-        ])?;
-        positive(&[
-            ("publish_rate_hz", self.publish_rate_hz),
-            ("ground_keep_s", self.ground_keep_s),
             ("drop_m", self.drop_m),
         ])?;
+        positive(&[("publish_rate_hz", self.publish_rate_hz), ("ground_keep_s", self.ground_keep_s)])?;
         if !(1..=MAX_POINTS).contains(&self.max_points) {
             return Err(bad_key("max_points", format!("{} is not in 1..={MAX_POINTS}", self.max_points)));
         }

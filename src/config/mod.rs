@@ -138,7 +138,7 @@ pub struct Config {
     pub ground_z_m: f64,
     /// How long an estimated ground is believed that is not seen any more, seconds.
     pub ground_keep_s: f64,
-    /// Depth below the ground from which a place is a drop, metres.
+    /// Depth below an estimated ground from which a place is a drop, metres; 0: none is.
     pub drop_m: f64,
     /// Smallest depth taken as measured, metres (all methods but naive, median and temporal).
     pub depth_min_m: f64,

@@ -256,8 +256,7 @@ pub fn rule_wgsl(settings: &RuleSettings, [has_panes, has_lidars, has_cameras]: 
     let silent = [(has_panes, panes::NONE), (has_lidars, lidar::UNKNOWN), (has_cameras, camera::UNKNOWN)];
     let possible = |row: &&Row| {
         let masks = [row.panes, row.lidar, row.camera].into_iter().zip(silent);
-        row.panes != 0
-            && masks.into_iter().all(|(mask, (says, nothing))| says || mask & nothing != 0)
+        row.panes != 0 && masks.into_iter().all(|(mask, (says, nothing))| says || mask & nothing != 0)
     };
     for row in rows.iter().filter(possible) {
         let Row { panes, lidar, camera, .. } = row;

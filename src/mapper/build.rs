@@ -82,7 +82,7 @@ pub(super) fn map_job(config: &Config, sensors: &[SensorInfo], options: &Options
     let of_lidars = lidars && cameras == 0;
     let config = one_size(config, of_lidars);
     config.validate()?;
-    let drops = config.ground == GroundSource::Estimate;
+    let drops = config.marks_drops();
     Ok(MapJob {
         side: config.cells_per_side()?,
         config,

@@ -8,8 +8,8 @@ use crate::gpu::Plan;
 use crate::stage::camera::{
     back_project, drm, ingest, pane_clip, see_through, spatial_median, tally, update, weigh,
 };
-use crate::stage::glass::{LabelGlass, pane_cells};
 use crate::stage::drops::Drops;
+use crate::stage::glass::{LabelGlass, pane_cells};
 use crate::stage::ground::Ground;
 use crate::stage::lidar::{intensity_classes, intensity_layers};
 use crate::stage::map::{goal_costs, goal_inflation, inflate, move_window, rule, scan_values};

@@ -13,7 +13,10 @@ use crate::base::Rigid;
 use crate::base::{Error, Result};
 use crate::config::Config;
 use crate::config::SensorInfo;
-use crate::map::{CameraUpdate, CellClass, Counters, Ground, GroundFrom, GroundPlane, LidarUpdate, MapUpdate, Seen, State, Update, Verdict};
+use crate::map::{
+    CameraUpdate, CellClass, Counters, Ground, GroundFrom, GroundPlane, LidarUpdate, MapUpdate, Seen, State,
+    Update, Verdict,
+};
 use crate::output::{FileNames, Sink, create_folder, encode_error, grid_mismatch, narrow, pass_sums_ms};
 use crate::sensor::Observation;
 

@@ -267,8 +267,9 @@ impl Stage for Drops {
         let decide = match &self.of {
             Of::Camera(job) => {
                 let stride = stride(job.depth.width, job.depth.height);
-                let pixels = job.depth.width.div_ceil(stride) * job.depth.height.div_ceil(stride);
-                plan.step(PIXELS, Invocations::line(pixels), &[("depth_m", job.clipped_depth())])?;
+                let looked_at =
+                    Invocations::area(job.depth.width.div_ceil(stride), job.depth.height.div_ceil(stride));
+                plan.step(PIXELS, looked_at, &[("depth_m", job.clipped_depth())])?;
                 plan.with(&[("distorted", job.depth.distortion != Distortion::None)])?;
                 DECIDE_OF_FRAME
             }

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::config::{Config, Fusion, GroundSource, InflationLaw, Method};
+use crate::config::{Config, Fusion, InflationLaw, Method};
 use crate::sensor::CameraModel;
 use crate::stage::camera::back_project::STRIP;
 use crate::stage::camera::drm::Drm;
@@ -33,7 +33,7 @@ pub struct MapJob {
 impl MapJob {
     /// Of a camera alone.
     pub fn of_camera(config: &Config, side: u32) -> Self {
-        let drops = config.ground == GroundSource::Estimate;
+        let drops = config.marks_drops();
         let layers = Layers { cameras: true, drops, ..Layers::default() };
         Self {
             config: config.clone(),
@@ -49,7 +49,7 @@ impl MapJob {
 
     /// Of a lidar alone; `glass`: it searches for glass.
     pub fn of_lidar(config: &Config, side: u32, glass: bool) -> Self {
-        let drops = config.ground == GroundSource::Estimate;
+        let drops = config.marks_drops();
         let layers = Layers { cameras: false, lidars: true, panes: glass, drops };
         Self {
             config: config.clone(),

@@ -166,6 +166,7 @@ impl Source {
             assert!(yaml.contains(from), "{}: `{from}` is not in {}", self.name, self.config);
             yaml = yaml.replace(from, to);
         }
-        format!("{}\n    {line}\n", yaml.trim_end())
+        // The bits of what stands on a stated ground; the estimate has tests of its own.
+        format!("{}\n    ground: stated\n    {line}\n", yaml.trim_end())
     }
 }

@@ -48,7 +48,9 @@ fn at_height(scan: Scan) -> ScanFrame {
 }
 
 fn config() -> Config {
-    Config { layer_heights_m: vec![-0.5, 0.0, 0.5], ..Config::default() }
+    // The floor is told from what stands by the stated ground alone.
+    let ground = limpid::config::GroundSource::Stated;
+    Config { ground, layer_heights_m: vec![-0.5, 0.0, 0.5], ..Config::default() }
 }
 
 fn run(config: &Config, scan: Scan) -> (ScanOutput, String) {

@@ -1,15 +1,15 @@
 //! The ground and its edges, through the whole pipeline, on analytic scenes whose truth is known.
 
 use glam::{DQuat, DVec3};
+use limpid::Config;
 use limpid::base::Rigid;
 use limpid::config::{GroundSource, Method};
 use limpid::map::{GroundFrom, Update};
 use limpid::mapper::{Mapper, Options, SensorInfo};
 use limpid::sensor::{
-    CameraInfo, CameraModel, Columns, Dropped, FramePose, Observation, Point, ReturnType, RgbdFrame, Scan, SensorData,
-    SensorPose, Strength,
+    CameraInfo, CameraModel, Columns, Dropped, FramePose, Observation, Point, ReturnType, RgbdFrame, Scan,
+    SensorData, SensorPose, Strength,
 };
-use limpid::Config;
 
 use crate::support::gpu::skipped;
 use crate::support::run::submit;
@@ -18,12 +18,12 @@ use crate::support::scene::{Block, Scene, frame, pose, small_camera};
 const DROP: u32 = 12;
 
 fn config() -> Config {
-    Config { method: Method::Range, ..Config::default() }
+    Config { method: Method::Range, drop_m: 0.15, ..Config::default() }
 }
 
 fn camera_mapper(config: &Config, first: &RgbdFrame) -> Mapper {
     let sensor = SensorInfo::camera(config, CameraInfo::of_frames([first]).unwrap());
-    Mapper::open(config, &[sensor], &Options { layers: true, ..Options::default() }).unwrap()
+    Mapper::open(config, &[sensor], &Options { layers: true, verdicts: true, ..Options::default() }).unwrap()
 }
 
 fn updates(config: &Config, frames: &[RgbdFrame]) -> Vec<Update> {
@@ -58,7 +58,10 @@ fn frames(scene: &Scene, truly: FramePose, told: FramePose, count: u64) -> Vec<R
 /// A camera 0.5 m above a base at (x, 0, z), that looks along +x and down.
 fn camera_at(x: f64, z: f64, pitch: f64) -> FramePose {
     let standing = pose(x, 0.0, 0.0, 0.5, pitch);
-    FramePose { map_from_base: Rigid { translation_m: DVec3::new(x, 0.0, z), ..standing.map_from_base }, ..standing }
+    FramePose {
+        map_from_base: Rigid { translation_m: DVec3::new(x, 0.0, z), ..standing.map_from_base },
+        ..standing
+    }
 }
 
 /// A floor of height `z` as far as x = `edge`, a lower one at z = 0 beyond.
@@ -89,7 +92,10 @@ fn a_tilted_mount_leaves_the_floor_free_and_a_box_in_the_way() {
     let ground = last.ground.unwrap();
     let plane = ground.plane.unwrap();
     assert!((plane.tilt_deg() - 5.0).abs() < 0.1 && (plane.below_m - 0.5).abs() < 5e-3, "{ground:?}");
-    assert_eq!((ground.from, ground.agrees, ground.seen, plane.messages), (GroundFrom::Seen, false, true, 12));
+    assert_eq!(
+        (ground.from, ground.agrees, ground.seen, plane.messages),
+        (GroundFrom::Seen, false, true, 12)
+    );
     assert_eq!(lethal_floor(last), 0);
     let box_rows: Vec<u32> = (0..16).map(|k| row_at(last, 1.8 + 0.025 * f64::from(k), 0.05)).collect();
     assert!(box_rows.contains(&6), "the box stays in the way: {box_rows:?}");
@@ -124,7 +130,10 @@ fn the_edge_of_a_platform_is_closed_and_the_platform_is_free() {
             let closed = (0..=10).any(|step| row_at(last, 1.15 + 0.02 * f64::from(step), y) == DROP);
             assert!(closed, "{depth_m} m deep, at y = {y}: {found:?}");
         }
-        assert!(found.iter().all(|[x, _]| *x > 1.2 - 0.051), "{depth_m} m deep: the platform is whole: {found:?}");
+        assert!(
+            found.iter().all(|[x, _]| *x > 1.2 - 0.051),
+            "{depth_m} m deep: the platform is whole: {found:?}"
+        );
         assert_eq!(row_at(last, 0.9, 0.0), 9, "the platform is free");
     }
 }
@@ -188,7 +197,8 @@ fn what_a_glossy_floor_mirrors_is_no_drop() {
 fn depth_without_floor(blocks: &[Block], camera: &CameraModel, map_from_camera: Rigid) -> Vec<f32> {
     // The scene's own floor is at z = 0: everything is lifted so that it lies far below.
     let up = DVec3::Z * 100.0;
-    let lifted: Vec<Block> = blocks.iter().map(|block| Block { min: block.min + up, max: block.max + up }).collect();
+    let lifted: Vec<Block> =
+        blocks.iter().map(|block| Block { min: block.min + up, max: block.max + up }).collect();
     let from = Rigid { translation_m: map_from_camera.translation_m + up, ..map_from_camera };
     let depth = Scene::of(&lifted).depth(camera, from);
     depth.into_iter().map(|depth| if depth < 50.0 { depth } else { 0.0 }).collect()
@@ -220,7 +230,8 @@ fn tilted_scan(index: u64, tilt: DQuat) -> Scan {
         for ring in 0..32_u16 {
             let azimuth = f64::from(column).to_radians() / 2.0;
             let elevation = (-25.0 + 1.5 * f64::from(ring)).to_radians();
-            let beam = DVec3::new(elevation.cos() * azimuth.cos(), elevation.cos() * azimuth.sin(), elevation.sin());
+            let beam =
+                DVec3::new(elevation.cos() * azimuth.cos(), elevation.cos() * azimuth.sin(), elevation.sin());
             let way = tilt * beam;
             let floor = if way.z < 0.0 { -1.2 / way.z } else { f64::INFINITY };
             let wall = walls / way.x.abs().max(way.y.abs());
@@ -241,7 +252,14 @@ fn tilted_scan(index: u64, tilt: DQuat) -> Scan {
         }
     }
     let columns = Columns { ring: true, ..Columns::default() };
-    Scan { index, stamp_ns: 1_000_000_000 + index * 100_000_000, frame_id: "top".into(), points, columns, dropped: Dropped::default() }
+    Scan {
+        index,
+        stamp_ns: 1_000_000_000 + index * 100_000_000,
+        frame_id: "top".into(),
+        points,
+        columns,
+        dropped: Dropped::default(),
+    }
 }
 
 #[test]
@@ -251,14 +269,28 @@ fn a_tilted_lidar_without_poses_sees_no_stripes_of_solid_floor() {
     }
     let tilt = DQuat::from_rotation_x(7.0_f64.to_radians());
     let solid_inside = |ground: GroundSource| {
-        let config = Config { ground, scan_map_size_m: 16.0, layer_heights_m: vec![-0.9, 0.0, 0.5], ..Config::default() };
-        let mut mapper =
-            Mapper::open(&config, &[SensorInfo::lidar(&config, tilted_scan(0, tilt))], &Options::default()).unwrap();
+        let config = Config {
+            ground,
+            scan_map_size_m: 16.0,
+            layer_heights_m: vec![-0.9, 0.0, 0.5],
+            ..Config::default()
+        };
+        let mut mapper = Mapper::open(
+            &config,
+            &[SensorInfo::lidar(&config, tilted_scan(0, tilt))],
+            &Options { verdicts: true, ..Options::default() },
+        )
+        .unwrap();
         let mut last = None;
         for index in 0..3 {
             let scan = SensorData::Scan(tilted_scan(index, tilt));
-            let seen =
-                Observation { sensor: 0, pose: Some(SensorPose::SENSOR), map_frame: "top".into(), goal_m: None, data: scan };
+            let seen = Observation {
+                sensor: 0,
+                pose: Some(SensorPose::SENSOR),
+                map_frame: "top".into(),
+                goal_m: None,
+                data: scan,
+            };
             submit(&mut mapper, &seen).unwrap();
             last = mapper.wait().unwrap();
         }

@@ -101,7 +101,13 @@ pub(crate) struct Known {
 }
 
 /// After a message of `sensor` at `tick` with so many unexplained points, explained ones, and the ground in the cell.
-pub(crate) fn decide(old: Known, points: u32, explained: bool, ground: bool, (tick, sensor): (u32, u32)) -> Known {
+pub(crate) fn decide(
+    old: Known,
+    points: u32,
+    explained: bool,
+    ground: bool,
+    (tick, sensor): (u32, u32),
+) -> Known {
     let too_few = !ground && (1..2).contains(&points);
     if (!ground && points == 0 && !explained) || too_few || old.tick > tick {
         return old;

@@ -6,9 +6,9 @@ use limpid::Config;
 use limpid::base::Rigid;
 use limpid::gpu::Invocations;
 use limpid::sensor::{CameraModel, Distortion};
-use limpid::stage::ground::stated_now;
 use limpid::stage::camera::back_project::{BACK_PROJECT, BackProjectParams, STRIP, rays};
 use limpid::stage::camera::see_through::TILE;
+use limpid::stage::ground::stated_now;
 use limpid::stage::rows;
 
 use crate::reference;

@@ -6,9 +6,7 @@ use limpid::Config;
 use limpid::base::Rigid;
 use limpid::gpu::Invocations;
 use limpid::stage::camera::back_project::rays;
-use limpid::stage::drops::{
-    DECIDE_OF_FRAME, DECIDE_OF_SCAN, DropMoment, DropParams, PIXELS, REACH, RETURNS,
-};
+use limpid::stage::drops::{DECIDE_OF_FRAME, DECIDE_OF_SCAN, DropMoment, DropParams, PIXELS, REACH, RETURNS};
 use limpid::stage::lidar::intensity_layers::{POINT_ROW, SECTORS};
 
 use crate::reference::drops::{Known, Look, Seen, decide, is_in_ground, seen_mirrored};
@@ -45,10 +43,16 @@ fn seen(height_m: f32) -> [[f32; 4]; 5] {
 }
 
 fn config() -> Config {
-    small_map()
+    Config { drop_m: 0.15, ..small_map() }
 }
 
-fn pixels(camera_at: Rigid, depth_m: &[f32], hits: &[[u32; 4]], known: &[[u32; 4]], now: &[[f32; 4]; 5]) -> Vec<u32> {
+fn pixels(
+    camera_at: Rigid,
+    depth_m: &[f32],
+    hits: &[[u32; 4]],
+    known: &[[u32; 4]],
+    now: &[[f32; 4]; 5],
+) -> Vec<u32> {
     let job = job(&config(), tiny_camera());
     let out = Fragment::new()
         .params("drop_params", &DropParams::of_frame(&job, &moment(camera_at)))
@@ -60,7 +64,7 @@ fn pixels(camera_at: Rigid, depth_m: &[f32], hits: &[[u32; 4]], known: &[[u32; 4
         .input("ground_now", now)
         .changed("drop_marks", &vec![0_u32; 2 * CELLS])
         .constants(&[("distorted", false)])
-        .run(PIXELS, Invocations::line(80 * 60));
+        .run(PIXELS, Invocations::area(80, 60));
     out.words("drop_marks").iter().step_by(2).copied().collect()
 }
 
@@ -102,13 +106,14 @@ fn twin_with_ground_and_things_here_and_there() {
     let mut random = Random(3);
     // Top 1 is floor alone.
     let hits: Vec<[u32; 4]> = (0..CELLS)
-        .map(|_| match random.below(60) {
+        .map(|_| match random.below(400) {
             0 => [0, 0, 1, 0],
             1 => [3, 3, 500, 0],
             _ => [0; 4],
         })
         .collect();
-    let known: Vec<[u32; 4]> = (0..CELLS).map(|_| [0, 1, 0, [2, 3][usize::from(random.chance(0.02))]]).collect();
+    let known: Vec<[u32; 4]> =
+        (0..CELLS).map(|_| [0, 1, 0, [2, 3][usize::from(random.chance(0.004))]]).collect();
     let got = pixels(camera_at, &depth_m, &hits, &known, &seen(0.5));
     let look = Look {
         eye: camera_at.translation_m,
@@ -126,19 +131,21 @@ fn twin_with_ground_and_things_here_and_there() {
             let mirror = match seen_mirrored(&tiny_camera(), camera_at, &depth_m, place) {
                 Seen::InTheWay => true,
                 Seen::Past => false,
-                Seen::Not => far || is_in_ground(&look, crossing, &ground),
+                Seen::Not => far,
             };
-            mirror || look.around(crossing, ground) || look.around(place.truncate(), |cell| hits[cell][0] > 0)
+            mirror
+                || is_in_ground(&look, crossing, &ground)
+                || look.around(crossing, ground)
+                || look.around(place.truncate(), |cell| hits[cell][0] > 0)
         };
         look.mark(&mut want, place, explains);
     }
     let total: u32 = want.iter().map(|(count, _)| count).sum();
-    let differ: u32 =
-        got.iter().zip(&want).map(|(got, (count, _))| (got & 0xffff).abs_diff(*count)).sum();
-    assert!(total > 300 && differ <= BORDER, "{differ} of {total}");
+    let differ: u32 = got.iter().zip(&want).map(|(got, (count, _))| (got & 0xffff).abs_diff(*count)).sum();
+    assert!(total > 60 && differ <= BORDER, "{differ} of {total}");
     let explained = |marks: &[u32]| marks.iter().filter(|mark| *mark & MIRRORED != 0).count();
     let twin = want.iter().filter(|(_, mirrored)| *mirrored).count();
-    assert!(twin > 30 && explained(&got).abs_diff(twin) <= BORDER as usize, "{} {twin}", explained(&got));
+    assert!(twin > 10 && explained(&got).abs_diff(twin) <= BORDER as usize, "{} {twin}", explained(&got));
 }
 
 /// Marks of cells, and how far the floor was seen by sector, after both passes over a scan.
@@ -196,7 +203,12 @@ fn truth_points_below_the_floor_are_drops_unless_the_floor_goes_on() {
     known[cell(1.22, 0.01)][3] = 3;
     assert_eq!(returns(&[floor, deep], &known)[cell(1.83, 0.01)], [MIRRORED, 0]);
     // Not deep enough, and numbers that are none.
-    let poison = [[f32::NAN, 0.0, -9.0], [f32::INFINITY, 1.0, -3.0], [1.0, f32::NEG_INFINITY, 0.0], [1e30, 1.0, -1e30]];
+    let poison = [
+        [f32::NAN, 0.0, -9.0],
+        [f32::INFINITY, 1.0, -3.0],
+        [1.0, f32::NEG_INFINITY, 0.0],
+        [1e30, 1.0, -1e30],
+    ];
     let marks = returns(&[&poison[..], &[[1.3, 0.0, -1.33]]].concat(), &unknown);
     assert!(marks.iter().all(|mark| *mark == [0, 0]));
 }

@@ -8,8 +8,8 @@ use limpid::gpu::Invocations;
 use limpid::sensor::{CameraModel, FramePose, SensorPose};
 use limpid::stage::camera::back_project::rays;
 use limpid::stage::ground::{
-    DRAW, GroundMoment, GroundParams, HYPOTHESES, MOST_SAMPLES, PIXELS, RETURNS, SAMPLE_ROW, SCORE, SETTLE, Sampled,
-    params,
+    DRAW, GroundMoment, GroundParams, HYPOTHESES, MOST_SAMPLES, PIXELS, RETURNS, SAMPLE_ROW, SCORE, SETTLE,
+    Sampled, params,
 };
 use limpid::stage::lidar::intensity_layers::POINT_ROW;
 
@@ -22,8 +22,10 @@ use crate::support::scene::{Block, Scene, pose};
 
 const ROWS: u32 = MOST_SAMPLES / SAMPLE_ROW;
 const PLACE: Tolerance = Tolerance { absolute: 2e-5, reason: "f32 at ten metres, turned" };
-const FIT: Tolerance =
-    Tolerance { absolute: 2e-3, reason: "f32 sums, and samples at the border of the tolerance may fall on either side" };
+const FIT: Tolerance = Tolerance {
+    absolute: 2e-3,
+    reason: "f32 sums, and samples at the border of the tolerance may fall on either side",
+};
 /// Samples at the border of the tolerance.
 const BORDER: usize = 3;
 
@@ -116,7 +118,12 @@ fn moment<'a>(config: &'a Config, sampled: Sampled, pose: SensorPose) -> GroundM
     }
 }
 
-fn sampled_pixels(camera: &CameraModel, params: &GroundParams, depth_m: &[f32], reliability: &[f32]) -> Vec<[f32; 4]> {
+fn sampled_pixels(
+    camera: &CameraModel,
+    params: &GroundParams,
+    depth_m: &[f32],
+    reliability: &[f32],
+) -> Vec<[f32; 4]> {
     let out = Fragment::new()
         .params("ground_params", params)
         .input("depth_m", depth_m)
@@ -346,7 +353,8 @@ fn poison_and_nothing_are_no_ground() {
         assert_eq!(kept[0], Kept::zeroed());
     }
     // Untrusted pixels are none.
-    let depth_m = scene().depth(&camera, level_camera(0.6).map_from_base.then(level_camera(0.6).base_from_camera));
+    let depth_m =
+        scene().depth(&camera, level_camera(0.6).map_from_base.then(level_camera(0.6).base_from_camera));
     let samples = sampled_pixels(&camera, &params, &depth_m, &vec![0.3; pixels]);
     assert!(samples.iter().all(|sample| sample[3] == 0.0));
 }

@@ -80,6 +80,7 @@ fn run_anew(params: &IntensityClassesParams, layers: &[[[u32; 2]; 4]]) -> Output
     let sums: Vec<[u32; 2]> = layers.iter().flatten().copied().collect();
     Fragment::new()
         .params("intensity_classes_params", params)
+        .input("ground_now", &stated_now(0.5))
         .params("solid_cells_params", &layer_params(20, 0, 0.5))
         .input("layer_sums", &sums)
         .input("sector_range", &[0_u32; 2 * SECTORS])

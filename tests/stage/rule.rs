@@ -289,7 +289,12 @@ fn layers_that_a_map_lacks_say_nothing() {
     let mut random = Random(77);
     let cells: Vec<Cell> = (0..81).map(|_| random_cell(&mut random)).collect();
     for bits in 1..16_u32 {
-        let layers = Layers { cameras: bits & 1 != 0, lidars: bits & 2 != 0, panes: bits & 4 != 0, drops: bits & 8 != 0 };
+        let layers = Layers {
+            cameras: bits & 1 != 0,
+            lidars: bits & 2 != 0,
+            panes: bits & 4 != 0,
+            drops: bits & 8 != 0,
+        };
         let got = run(shader(layers, &settings(&SWITCHES), 16), &cells, 9, &CLOCK, layers);
         let heard = |cell: &Cell| Cell {
             pane: cell.pane.filter(|_| layers.panes),

@@ -8,10 +8,10 @@ use limpid::Config;
 use limpid::base::Rigid;
 use limpid::gpu::Invocations;
 use limpid::sensor::{CameraModel, Distortion};
-use limpid::stage::ground::stated_now;
 use limpid::stage::camera::see_through::{
     AROUND, GATHER, SeeThroughAroundParams, SeeThroughGatherParams, SeeThroughTilesParams, TILES, field,
 };
+use limpid::stage::ground::stated_now;
 use limpid::stage::rows;
 
 use crate::reference::see_through::{Ray, seen_through, trusted_rays};

@@ -46,7 +46,7 @@ fn word(scan: u32, strength: u32) -> u32 {
 fn after(before: [u32; 4], scan: Scan) -> [u32; 4] {
     let out = Fragment::new()
         .params("intensity_classes_params", &intensity_classes::params(1))
-            .input("ground_now", &stated_now(0.5))
+        .input("ground_now", &stated_now(0.5))
         .params("solid_cells_params", &layer_params(scan.tick, scan.sensor, 0.5))
         .input("layer_sums", &scan.layers)
         .input("sector_range", &vec![(scan.reach_m * 1024.0) as u32; 2 * SECTORS as usize])
@@ -133,7 +133,7 @@ fn twin_over_random_scans_at_all_sizes() {
             let reach_m = if u32::is_multiple_of(turn, 2) { 100.0 } else { 0.0 };
             let out = Fragment::new()
                 .params("intensity_classes_params", &slots)
-            .input("ground_now", &stated_now(0.5))
+                .input("ground_now", &stated_now(0.5))
                 .params("solid_cells_params", &params)
                 .input("layer_sums", &layers)
                 .input("sector_range", &vec![(reach_m * 1024.0) as u32; 2 * SECTORS as usize])
@@ -179,7 +179,7 @@ fn reach_of(points: &[Point]) -> Vec<u32> {
     let out = Fragment::new()
         .input("points", &bytes)
         .params("intensity_layers_params", &intensity_layers::params(points.len()))
-            .input("ground_now", &stated_now(0.5))
+        .input("ground_now", &stated_now(0.5))
         .changed("layer_sums", &vec![0_u32; 12 * 12 * 5 * 2])
         .changed("sector_range", &vec![0_u32; 2 * SECTORS as usize])
         .changed("beam_reach", &vec![0_u32; (SECTORS * SECTOR_WORDS) as usize])
@@ -192,7 +192,7 @@ fn crossed_cells(side: usize, beam_reach: &[u32], height_m: f32) -> Vec<[u32; 4]
     let cells = side * side;
     let out = Fragment::new()
         .params("intensity_classes_params", &intensity_classes::params(side))
-            .input("ground_now", &stated_now(0.5))
+        .input("ground_now", &stated_now(0.5))
         .params("solid_cells_params", &layer_params(7, 2, height_m))
         .input("layer_sums", &vec![[0_u32; 2]; 4 * cells])
         .input("sector_range", &vec![u32::MAX; 2 * SECTORS as usize])
