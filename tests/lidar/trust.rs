@@ -90,6 +90,9 @@ fn intensities_that_fit_tell_grass_from_walls() {
     let (out, note) = run(&config(), room(0, scaled(1.0)));
     assert_eq!(faults(&out), [0, 0, 0], "{note}");
     assert!(out.count(CellClass::Passable) > 1000 && note == "full scale of intensities: 255 as configured");
+    // In fine cells few returns lie, and the walls still bear the scale out.
+    let fine = Config { scan_resolution_m: 0.02, scan_map_size_m: 8.0, inflation_length_m: 0.3, ..config() };
+    assert!(run(&fine, room(0, scaled(1.0))).1.starts_with("full scale"));
     let sum = Config { layer_measure: LayerMeasure::Sum, gamma: 100.0, ..config() };
     assert!(run(&sum, room(0, scaled(1.0))).1.starts_with("full scale"), "in the measure's own unit");
 }

@@ -27,6 +27,8 @@ const UPRIGHT_M: f64 = 0.3;
 const FLAT_M: f32 = 0.05;
 /// Returns of an upright cell.
 const UPRIGHT_RETURNS: u32 = 3;
+/// Least side of a cell that is looked at, metres.
+const LEAST_CELL_M: f64 = 0.1;
 /// Cells along the side of the square around the lidar that is looked at.
 const MOST_SIDE: u32 = 256;
 /// Scans of which every one is looked at; of those after them each sixteenth is.
@@ -119,12 +121,13 @@ impl IntensityTrust {
 
     /// Counts upright cells around the lidar, and those of them that intensity calls solid.
     fn look(&mut self, job: &LidarJob, scan: &Scan, pose: SensorPose) {
-        let (side, tall) = (job.map.side.min(MOST_SIDE) as usize, job.tall_layers() as usize);
+        let (cell_m, tall) = (cell_m(job), job.tall_layers() as usize);
+        let side = cells_within(f64::from(job.map.side) * job.config.scan_resolution_m, cell_m);
         self.cells.clear();
         self.cells.resize(side * side, EMPTY);
         self.layers.clear();
         self.layers.resize(side * side * tall, [0.0; 2]);
-        self.fill(job, scan, pose.map_from_sensor().rotation, side, tall);
+        self.fill(job, scan, pose.map_from_sensor().rotation, side, cell_m);
         let heights = &job.config.layer_heights_m;
         let span_m = heights.last().zip(heights.first()).map_or(0.0, |(high, low)| high - low);
         let upright_m = UPRIGHT_M.min(0.5 * span_m);
@@ -133,7 +136,7 @@ impl IntensityTrust {
             if cell.returns < UPRIGHT_RETURNS || f64::from(cell.high_m - cell.low_m) < upright_m {
                 continue;
             }
-            let range_m = range_m(at, side, job.config.scan_resolution_m);
+            let range_m = range_m(at, side, cell_m);
             let layers = self.layers[at * tall..][..tall].iter().enumerate();
             let value =
                 layers.map(|(layer, sums)| layer_value(job, *sums, layer, range_m)).fold(0.0, f64::max);
@@ -143,9 +146,9 @@ impl IntensityTrust {
         }
     }
 
-    fn fill(&mut self, job: &LidarJob, scan: &Scan, rotation: DQuat, side: usize, tall: usize) {
+    fn fill(&mut self, job: &LidarJob, scan: &Scan, rotation: DQuat, side: usize, cell_m: f64) {
         let heights = &job.config.layer_heights_m;
-        let per_m = 1.0 / job.config.scan_resolution_m;
+        let (per_m, tall) = (1.0 / cell_m, job.tall_layers() as usize);
         #[expect(clippy::cast_precision_loss, reason = "at most 256")]
         let (middle, most) = (0.5 * side as f64, side as f64);
         for point in &scan.points {
@@ -272,6 +275,20 @@ fn as_f64(count: u64) -> f64 {
 
 fn share(part: u64, whole: u64) -> f64 {
     if whole == 0 { 0.0 } else { as_f64(part) / as_f64(whole) }
+}
+
+/// Side of the cells that are looked at, metres: those of the map. A mean is the same in larger ones, so that the cells of a fine
+/// map, in which few returns lie, are not too small.
+fn cell_m(job: &LidarJob) -> f64 {
+    let resolution_m = job.config.scan_resolution_m;
+    if job.config.layer_measure == LayerMeasure::Mean { resolution_m.max(LEAST_CELL_M) } else { resolution_m }
+}
+
+/// Cells along the side of the square.
+fn cells_within(size_m: f64, cell_m: f64) -> usize {
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "cut off at 256, from 0 up")]
+    let cells = (size_m / cell_m + 0.5) as u32;
+    cells.min(MOST_SIDE) as usize
 }
 
 /// From the lidar to the centre of a cell, metres.
