@@ -251,7 +251,7 @@ pub(super) fn scan(table: &Table, mut stamp_ns: u64, frame_id: String, options: 
         label: roles.label.is_some(),
     };
     let reader = Reader { table, roles, time, grid, options };
-    let (mut points, mut dropped) = (Vec::with_capacity(claimed), Dropped::default());
+    let (mut points, mut dropped) = (Vec::with_capacity(table.points()?), Dropped::default());
     for row in 0..height {
         for at in 0..table.width {
             match reader.point(row, at) {
