@@ -1,19 +1,20 @@
 //! A source through the mapper into sinks, with up to three observations of a sensor under way.
 
 mod mount;
+mod notes;
 
-use std::collections::VecDeque;
+use std::collections::{BTreeMap, VecDeque};
 use std::ops::Range;
 use std::time::{Duration, Instant};
 
 use crate::base::{Error, Result, duration_ns};
-use crate::config::{Config, Method};
+use crate::config::Config;
 use crate::input::{Source, SourceReport};
 use crate::map::{GroundRun, Update};
 use crate::mapper::{Mapper, Options, SensorInfo, Submitted};
 use crate::output::Sink;
 pub use crate::run::mount::{Mistake, MountHint};
-use crate::sensor::{Observation, SensorKind, SensorModel};
+use crate::sensor::{DepthSpread, Observation, SensorKind, SensorModel};
 
 /// What a run did with one sensor.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -30,6 +31,10 @@ pub struct SensorRun {
     pub first_refused: Option<String>,
     /// Frames that were DEGRADED.
     pub degraded: u64,
+    /// Frames that method auto, which is drm, fused by depth alone, by the reason.
+    pub depth_alone: BTreeMap<String, u64>,
+    /// How far a camera's depth reached.
+    pub depth: DepthSpread,
     /// Scans to whose pose the lidar jumped from the scan before.
     pub pose_jumps: u64,
     /// What it saw of the ground.
@@ -101,6 +106,9 @@ impl RunReport {
         let Some(sensor) = self.sensors.get_mut(number) else { return };
         sensor.taken += 1;
         sensor.degraded += u64::from(update.camera().is_some_and(|camera| camera.degraded));
+        if let Some(reason) = update.camera().and_then(|camera| camera.depth_alone.clone()) {
+            *sensor.depth_alone.entry(reason).or_default() += 1;
+        }
         sensor.pose_jumps += u64::from(update.lidar().is_some_and(|lidar| lidar.pose_jumped));
         sensor.ground.count(update.ground.as_ref());
         self.latest = if update.map.is_some() { Some(number) } else { self.latest };
@@ -159,10 +167,13 @@ pub fn run(
     run.report.read = run.source.report();
     let sensors = run.report.sensors.iter().zip(run.source.sensors());
     run.report.warnings = sensors.filter_map(|(of, sensor)| of.warning(sensor)).collect();
+    let spreads = run.source.sensors().iter().zip(&run.report.sensors);
+    let odd: Vec<_> = spreads.filter_map(|(sensor, run)| notes::depth(sensor, &run.depth)).collect();
+    run.report.notes.extend(odd);
     outcome.and(finished)?;
     if run.report.taken() == 0 {
         let models = run.source.sensors().iter().map(|sensor| sensor.model.kind());
-        let reason = nothing_used(&run.report, &models.collect::<Vec<_>>());
+        let reason = notes::nothing_used(&run.report, &models.collect::<Vec<_>>());
         return Err(Error::Empty { reason });
     }
     Ok(run.report)
@@ -281,7 +292,7 @@ impl Run<'_> {
             drained = self.take(&mut mapper);
         }
         self.report.elapsed = start.elapsed();
-        self.report.notes = self.source.sensors().iter().filter_map(method_note).collect();
+        self.report.notes = self.source.sensors().iter().filter_map(notes::method).collect();
         self.report.notes.extend(mapper.notes());
         outcome.and(drained)
     }
@@ -291,6 +302,11 @@ impl Run<'_> {
         while let Some(observation) = next {
             while mapper.is_full(observation.sensor) {
                 self.take(mapper)?;
+            }
+            if let (Some(frame), Some(run)) =
+                (observation.frame(), self.report.sensors.get_mut(observation.sensor))
+            {
+                run.depth.add(&frame.depth.samples);
             }
             match mapper.submit(&observation)? {
                 Submitted::Taken => {
@@ -347,39 +363,4 @@ impl Run<'_> {
 
 fn kind(observation: &Observation) -> &'static str {
     if observation.frame().is_some() { "frame" } else { "scan" }
-}
-
-/// What method `auto` comes to.
-fn method_note(sensor: &SensorInfo) -> Option<String> {
-    let SensorModel::Camera(info) = &sensor.model else { return None };
-    let note = if info.color.is_some() {
-        "method drm: depth is weighed by DRM-Net, which needs colour in every frame (--method range does not)"
-    } else {
-        "method range: there is no colour with a calibration among the first frames, which method drm needs"
-    };
-    (sensor.config.method == Method::Auto).then(|| note.into())
-}
-
-/// Why nothing was used, from what was counted, in words of the sensors that there are.
-fn nothing_used(report: &RunReport, kinds: &[SensorKind]) -> String {
-    if let Some(reason) = report.sensors.iter().find_map(|sensor| sensor.first_refused.as_ref()) {
-        return reason.clone();
-    }
-    let skipped = report.read.read.skipped.iter();
-    let reasons: Vec<_> =
-        skipped.map(|s| format!("{}: {} ({} times)", s.source, s.reason, s.count)).take(3).collect();
-    let seen: u64 = report.read.sensors.iter().map(|sensor| sensor.seen).sum();
-    let alone = |kind| kinds.iter().all(|&other| other == kind);
-    let [what, no] = if alone(SensorKind::Lidar) {
-        ["scans", "no scan with points"]
-    } else if alone(SensorKind::Camera) {
-        ["depth images", "no depth image"]
-    } else {
-        ["depth images and scans", "no depth image and no scan with points"]
-    };
-    match (seen, reasons.is_empty()) {
-        (0, true) => format!("it holds {no}"),
-        (seen, true) => format!("none of its {seen} {what} lies in the wanted range"),
-        (seen, false) => format!("{seen} {what} seen; {}", reasons.join("; ")),
-    }
 }

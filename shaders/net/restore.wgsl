@@ -1,8 +1,16 @@
 // Reliability at the native size: bilinear, 0 where there is no depth. Four pixels of a row at a time.
-// spec 1 §1.
+// spec 1 §1; of a frame without usable colour range gating (§4) in its place.
+struct RestoreParams {
+    alone: u32,         // 1: the frame has no usable colour, and depth counts by its range alone
+    nearest_m: f32,     // that range
+    farthest_m: f32,
+    pad: u32,
+}
+
 @group(0) @binding(0) var<storage, read> reliability_low: array<f32>;
 @group(0) @binding(1) var<storage, read> depth_m: array<f32>;
 @group(0) @binding(2) var<storage, read_write> reliability: array<f32>;
+@group(0) @binding(3) var<uniform> restore_params: RestoreParams;
 
 // Pixels of the network across a native one.
 const RATIO = vec2<f32>(f32(WIDTH) / f32(NATIVE_WIDTH), f32(HEIGHT) / f32(NATIVE_HEIGHT));
@@ -40,7 +48,11 @@ fn restore(@builtin(global_invocation_id) id: vec3<u32>) {
     for (var k = 0; k < 4; k++) {
         if x + k < NATIVE_WIDTH {
             let index = y * NATIVE_WIDTH + x + k;
-            reliability[index] = select(0.0, sums[k], depth_m[index] > 0.0);
+            let depth = depth_m[index];
+            let is_near = depth >= restore_params.nearest_m && depth <= restore_params.farthest_m;
+            // Both are computed: lavapipe would compile a branch on a parameter anew for every frame.
+            let weight = select(sums[k], select(0.0, 1.0, is_near), restore_params.alone == 1u);
+            reliability[index] = select(0.0, weight, depth > 0.0);
         }
     }
 }

@@ -213,6 +213,12 @@ fn print_sensor(sensor: &SensorRun) {
         println!("{name}: refused {refused}, the first: {reason}");
     }
     println!("{name}: {taken} used, {without_pose} without a pose, {degraded} degraded");
+    if !sensor.depth_alone.is_empty() {
+        let alone: u64 = sensor.depth_alone.values().sum();
+        let reasons: Vec<_> =
+            sensor.depth_alone.iter().map(|(reason, count)| format!("{count} x {reason}")).collect();
+        println!("{name}: {alone} of {taken} by depth alone, as method range does: {}", reasons.join("; "));
+    }
     if *pose_jumps > 0 {
         println!(
             "{name}: {pose_jumps} times the pose jumped; cells and panes kept from before stay where they were"

@@ -35,7 +35,8 @@ pub const ROBOT: &str = include_str!("../../testdata/config/robot.yaml");
 #[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 #[serde(rename_all = "lowercase")]
 pub enum Method {
-    /// `Drm` where frames come with colour and its calibration, else `Range`; a run says which it was.
+    /// `Drm` where the first frames come with colour that can be used (calibrated, near in time, its place known), else
+    /// `Range`; a run says which it was. Under `Drm` a frame whose colour cannot be used counts as under `Range`.
     Auto,
     /// Any depth above 0, weight 1.
     Naive,
@@ -45,7 +46,8 @@ pub enum Method {
     Median,
     /// As naive, but a cell marks only when hit in some of its last observed frames.
     Temporal,
-    /// Depth in `[depth_min_m, depth_max_m]`, weighted by the reliability that DRM-Net predicts.
+    /// Depth in `[depth_min_m, depth_max_m]`, weighted by the reliability that DRM-Net predicts. Stated, it refuses frames
+    /// whose colour cannot be used.
     Drm,
 }
 
@@ -113,8 +115,13 @@ pub struct Config {
     pub depth_file: String,
     /// Colour image (JPEG or PNG) of a still pair, aligned to depth; empty: none.
     pub color_file: String,
-    /// Intrinsics of a still pair, row-major 3x3, pixels.
+    /// Intrinsics of the depth images, row-major 3x3, pixels: of a still pair, and of a recording in place of its calibration;
+    /// zeros: none are stated.
     pub camera_matrix: [f64; 9],
+    /// Lens coefficients that go with `camera_matrix`, in ROS's order; empty: none.
+    pub distortion: Vec<f64>,
+    /// Lens model of `distortion`: `plumb_bob`, `rational_polynomial` or `equidistant`.
+    pub distortion_model: String,
     /// Odometry topic used instead of tf for `map_frame` from `base_frame`; empty: tf.
     pub odometry_topic: String,
     /// Fixed frame of the costmap (REP 105: map or odom).
@@ -131,6 +138,8 @@ pub struct Config {
     pub transform_tolerance_s: f64,
     /// Metres per count of integer depth images (0.001: millimetres).
     pub depth_unit_m: f64,
+    /// Metres per unit of float depth images (1: metres).
+    pub float_depth_unit_m: f64,
 
     /// Where the ground is taken from.
     pub ground: GroundSource,
@@ -343,7 +352,7 @@ impl Config {
         Ok(config)
     }
 
-    /// With a method in place of [`Method::Auto`]: drm where there is colour, else range.
+    /// With a method in place of [`Method::Auto`]: drm where there is colour that can be used, else range.
     pub fn resolved(&self, has_color: bool) -> Self {
         let method = match self.method {
             Method::Auto if has_color => Method::Drm,

@@ -58,6 +58,8 @@ pub struct SensorInfo {
     pub timeout_s: f64,
     /// What its first observations say of it.
     pub model: SensorModel,
+    /// Why the first frames of a camera have no colour that can be used with their depth; `None` where one has.
+    pub color_missing: Option<String>,
 }
 
 impl SensorInfo {
@@ -83,7 +85,7 @@ impl SensorInfo {
             SensorKind::Camera => config.camera_frame.clone(),
             SensorKind::Lidar => config.lidar_frame.clone(),
         };
-        Self { name, frame_id, config, timeout_s, model: SensorModel::Missing(kind) }
+        Self { name, frame_id, config, timeout_s, model: SensorModel::Missing(kind), color_missing: None }
     }
 }
 

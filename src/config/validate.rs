@@ -2,6 +2,7 @@
 
 use super::{Config, bad_key};
 use crate::base::Result;
+use crate::sensor::Distortion;
 
 impl Config {
     /// Checks every value and their relations.
@@ -10,6 +11,7 @@ impl Config {
     /// [`crate::Error::Config`] for the first key at fault.
     pub fn validate(&self) -> Result<()> {
         self.numbers()?;
+        self.lens()?;
         self.shares()?;
         self.orders()?;
         self.counts()?;
@@ -29,6 +31,7 @@ impl Config {
             ("resolution_m", self.resolution_m),
             ("map_size_m", self.map_size_m),
             ("depth_unit_m", self.depth_unit_m),
+            ("float_depth_unit_m", self.float_depth_unit_m),
             ("depth_max_m", self.depth_max_m),
             ("range_gate_m", self.range_gate_m),
             ("mark_range_m", self.mark_range_m),
@@ -45,6 +48,18 @@ impl Config {
             return Err(bad_key("ground_z_m", format!("{} is not finite", self.ground_z_m)));
         }
         Ok(())
+    }
+
+    /// The stated lens.
+    fn lens(&self) -> Result<()> {
+        if !self.distortion.is_empty() && self.camera_matrix == [0.0; 9] {
+            return Err(bad_key(
+                "distortion",
+                "is stated without `camera_matrix`, to which it belongs".into(),
+            ));
+        }
+        let lens = Distortion::from_ros(&self.distortion_model, &self.distortion);
+        lens.map(drop).map_err(|error| bad_key("distortion", error.to_string()))
     }
 
     fn shares(&self) -> Result<()> {

@@ -1,8 +1,8 @@
 //! What a recording says, in a form that no longer depends on its messages.
 
 use crate::base::Rigid;
+use crate::input::calibration::Calibration;
 use crate::input::image_message::ImageMessage;
-use crate::sensor::CameraModel;
 
 /// What a recording says of a camera, one message at a time.
 #[derive(Debug)]
@@ -10,7 +10,12 @@ pub(crate) enum Event {
     Depth(ImageMessage),
     Color(ImageMessage),
     Confidence(ImageMessage),
-    Calibration { topic: String, frame_id: String, camera: CameraModel },
+    Calibration {
+        topic: String,
+        frame_id: String,
+        /// Or why it cannot be used.
+        calibration: Result<Calibration, String>,
+    },
 }
 
 /// The pose of a child frame in its parent.

@@ -10,8 +10,8 @@ use std::path::Path;
 use image::{DynamicImage, ImageDecoder, ImageError, ImageFormat, ImageReader, Limits};
 
 use crate::base::{Error, Result};
-use crate::input::exr_decode;
 use crate::input::start::open_file;
+use crate::input::{exr_decode, rvl};
 use crate::message::decode_error;
 use crate::sensor::DepthSamples;
 
@@ -30,7 +30,9 @@ const COLOR_ENCODINGS: &str =
 const DEPTH_ENCODINGS: &str = "16UC1, mono16 and 32FC1 are";
 const CONFIDENCE_ENCODINGS: &str = "mono8, 8UC1 and 32FC1 are";
 
-/// Bytes before the PNG of a `compressedDepth` payload: an i32 and two f32.
+const PNG_MAGIC: &[u8] = b"\x89PNG\r\n\x1a\n";
+
+/// Bytes before the PNG or RVL code of a `compressedDepth` payload: an i32 and two f32.
 const COMPRESSED_DEPTH_HEADER: usize = 12;
 
 /// Decoded pixels and their grid.
@@ -287,28 +289,34 @@ fn counts_from_png(file: &[u8]) -> Result<Decoded<Vec<u16>>> {
     }
 }
 
-/// Depth of a ROS `CompressedImage`: a 16-bit PNG, or `compressedDepth`, whose PNG follows a header of
+/// Depth of a ROS `CompressedImage`: a 16-bit PNG, or `compressedDepth`, whose PNG or RVL code follows a header of
 /// an i32 and the two f32 A and B, with 32FC1 quantised as inverse depth: depth = A / (raw - B), 0 invalid.
 ///
 /// # Errors
-/// [`Error::Decode`] for other formats (RVL by name), damaged files and images over the limits.
+/// [`Error::Decode`] for other formats, damaged files and images over the limits.
 pub fn depth_from_compressed(format: &str, payload: &[u8], unit_m: f64) -> Result<Decoded<DepthSamples>> {
-    if !format.contains("compressedDepth") {
+    let format = format.to_lowercase();
+    let (is_rvl, is_float) = (format.contains("rvl"), format.trim_start().starts_with("32fc1"));
+    let is_bare = payload.starts_with(PNG_MAGIC) && !is_float;
+    if is_bare || !(format.contains("compresseddepth") || is_rvl) {
         return depth_from_png(payload, unit_m);
     }
-    if format.contains("rvl") {
-        return Err(decode_error("compressedDepth image", "RVL compression is not supported; PNG is"));
-    }
-    let Some((header, png)) = payload.split_first_chunk::<COMPRESSED_DEPTH_HEADER>() else {
+    let Some((header, body)) = payload.split_first_chunk::<COMPRESSED_DEPTH_HEADER>() else {
         return Err(decode_error("compressedDepth image", "the payload ends within its header of 12 bytes"));
     };
-    if !format.trim_start().starts_with("32FC1") {
-        return depth_from_png(png, unit_m);
-    }
+    let image =
+        if is_rvl && !body.starts_with(PNG_MAGIC) { rvl::decode(body)? } else { counts_from_png(body)? };
+    let samples = match is_float {
+        true => inverse_depth(header, &image.samples),
+        false => DepthSamples::Integer { raw: image.samples, unit_m },
+    };
+    Ok(Decoded { width: image.width, height: image.height, samples })
+}
+
+/// Metres of counts of inverse depth, by the header of `compressedDepth`.
+fn inverse_depth(header: &[u8; COMPRESSED_DEPTH_HEADER], counts: &[u16]) -> DepthSamples {
     let [_, _, _, _, a0, a1, a2, a3, b0, b1, b2, b3] = *header;
     let (a, b) = (f32::from_le_bytes([a0, a1, a2, a3]), f32::from_le_bytes([b0, b1, b2, b3]));
-    let image = counts_from_png(png)?;
-    let depth_m = |raw: u16| if raw == 0 { f32::NAN } else { a / (f32::from(raw) - b) };
-    let samples = DepthSamples::Metres(image.samples.into_iter().map(depth_m).collect());
-    Ok(Decoded { width: image.width, height: image.height, samples })
+    let depth_m = |&raw: &u16| if raw == 0 { f32::NAN } else { a / (f32::from(raw) - b) };
+    DepthSamples::Metres(counts.iter().map(depth_m).collect())
 }

@@ -12,6 +12,49 @@ enum Form {
     File { format: String },
 }
 
+/// What an image shows, as far as its encoding tells.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) enum Shows {
+    Depth,
+    Color,
+    /// Grey of 8 bits: colour of a grey camera, infrared, confidence, a mask.
+    Grey,
+    /// Nothing that is read; the encoding's name.
+    Other(String),
+}
+
+impl Shows {
+    fn of_encoding(encoding: &str) -> Self {
+        match encoding {
+            "16UC1" | "mono16" | "32FC1" => Self::Depth,
+            "rgb8" | "bgr8" | "8UC3" | "rgba8" | "bgra8" | "8UC4" | "yuv422" | "uyvy" | "yuv422_yuy2"
+            | "yuyv" => Self::Color,
+            "mono8" | "8UC1" => Self::Grey,
+            other => Self::Other(other.into()),
+        }
+    }
+
+    /// Of a compressed image: a PNG says how many bits it has and of what.
+    fn of_file(format: &str, file: &[u8]) -> Self {
+        let format = format.to_lowercase();
+        if format.contains("compresseddepth") || format.contains("rvl") {
+            return Self::Depth;
+        }
+        let is_grey = format.starts_with("mono8") || format.starts_with("8uc1");
+        match file {
+            // Signature, length and name of the first chunk, width and height; then bits a sample and kind of colour.
+            [0x89, b'P', b'N', b'G', ..] if file.len() > 25 => match (file[24], file[25]) {
+                (16, 0) => Self::Depth,
+                (_, 0) => Self::Grey,
+                _ => Self::Color,
+            },
+            [0xff, 0xd8, ..] if is_grey => Self::Grey,
+            [0xff, 0xd8, ..] => Self::Color,
+            _ => Self::Other(format),
+        }
+    }
+}
+
 /// The fields of a [`RawImage`] but its bytes.
 #[derive(Debug, Clone, PartialEq, Eq)]
 struct RawLayout {
@@ -76,6 +119,14 @@ impl ImageMessage {
         let stamp_ns = foxglove::stamp_ns(image.timestamp)?;
         let form = Form::File { format: image.format };
         Ok(Self { stamp_ns, frame_id: image.frame_id, form, data: image.data })
+    }
+
+    /// What it shows.
+    pub(crate) fn shows(&self) -> Shows {
+        match &self.form {
+            Form::Raw(layout) => Shows::of_encoding(&layout.encoding),
+            Form::File { format } => Shows::of_file(format, &self.data),
+        }
     }
 
     /// Pixels, `3 * width * height` bytes.

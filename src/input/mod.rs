@@ -1,6 +1,9 @@
 //! Recordings in: MCAP, bags of ROS 1 and rosbag2, TUM folders, still pairs, lidar files, all streaming.
 
+mod apart;
 mod bag;
+pub(crate) mod calibration;
+mod calibrations;
 mod db3;
 mod event;
 mod exr_decode;
@@ -13,10 +16,12 @@ pub mod points;
 mod pose;
 mod posed;
 mod report;
+mod rvl;
 mod scan_pose;
 mod single;
 mod source;
 mod start;
+mod stated;
 mod still;
 mod sync;
 pub mod transforms;

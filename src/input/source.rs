@@ -165,7 +165,8 @@ impl Learner {
             SensorModel::Missing(_) => !self.there,
             SensorModel::Lidar(_) => true,
             SensorModel::Camera(camera) => {
-                !self.has_color || camera.color.is_some() || self.frames >= COLOR_AHEAD
+                let placed = camera.color.is_some() && info.color_missing.is_none();
+                !self.has_color || placed || self.frames >= COLOR_AHEAD
             }
         }
     }
@@ -191,9 +192,12 @@ impl Learner {
         }
         let SensorModel::Camera(camera) = &mut info.model else { return };
         camera.confidence |= frame.confidence.is_some();
-        if let (None, Some(color)) = (camera.color, &frame.color) {
+        let placed = frame.color.is_some() && frame.color_from_depth.is_some();
+        if let Some(color) = frame.color.as_ref().filter(|_| placed || camera.color.is_none()) {
             camera.color = Some(color.camera);
             camera.color_aligned = frame.color_is_aligned();
         }
+        let why = || frame.color_missing.clone().unwrap_or_else(|| "they have none".into());
+        info.color_missing = (!placed).then(why);
     }
 }

@@ -7,8 +7,9 @@ use crate::base::{Error, Result};
 use crate::config::Config;
 use crate::input::image_decode::{color_from_file, depth_from_file, read_file};
 use crate::input::pose::PoseResolver;
+use crate::input::stated::StatedCamera;
 use crate::input::{ReadReport, Recording};
-use crate::sensor::{CameraModel, Distortion};
+use crate::sensor::CameraModel;
 use crate::sensor::{ColorImage, DepthImage, RgbdFrame};
 
 /// Name of the camera's frame where the configuration gives none.
@@ -48,7 +49,7 @@ impl StillReader {
     fn frame(&mut self) -> Result<RgbdFrame> {
         let path = self.folder.join(&self.config.depth_file);
         let decoded = depth_from_file(&read_file(&path)?, self.config.depth_unit_m)?;
-        let camera = camera(&self.config, decoded.width, decoded.height)?;
+        let camera = self.camera([decoded.width, decoded.height])?;
         let named = !self.config.camera_frame.is_empty();
         let frame_id = if named { self.config.camera_frame.clone() } else { CAMERA_FRAME.into() };
         let pose = match self.poses.pose(&frame_id, 0, self.poses.tolerance_ns) {
@@ -66,8 +67,22 @@ impl StillReader {
         };
         let color = self.color(camera)?;
         let color_from_depth = color.as_ref().map(|_| Rigid::IDENTITY);
-        let depth = DepthImage { stamp_ns: 0, frame_id, camera, samples: decoded.samples };
-        Ok(RgbdFrame { index: 0, depth, color, color_from_depth, confidence: None, pose })
+        let depth = DepthImage {
+            stamp_ns: 0,
+            frame_id,
+            camera,
+            samples: decoded.samples.in_metres(self.config.float_depth_unit_m),
+        };
+        let color_missing = color.is_none().then(|| "the configuration names no color_file".into());
+        Ok(RgbdFrame { index: 0, depth, color, color_from_depth, color_missing, confidence: None, pose })
+    }
+
+    fn camera(&self, size: [u32; 2]) -> Result<CameraModel> {
+        let missing = || {
+            let reason = "is needed for a still pair: fx 0 cx 0 fy cy 0 0 1 in pixels, and fx = 0 now".into();
+            Error::Config { key: "camera_matrix".into(), reason }
+        };
+        StatedCamera::of(&self.config).ok_or_else(missing)?.camera(size)
     }
 
     fn color(&self, camera: CameraModel) -> Result<Option<ColorImage>> {
@@ -104,12 +119,4 @@ impl Recording for StillReader {
     fn frame_count_hint(&self) -> Option<u64> {
         Some(1)
     }
-}
-
-fn camera(config: &Config, width: u32, height: u32) -> Result<CameraModel> {
-    let [fx, _, cx, _, fy, cy, ..] = config.camera_matrix;
-    let camera = CameraModel { width, height, fx, fy, cx, cy, distortion: Distortion::None };
-    camera
-        .validate()
-        .map_err(|error| Error::Config { key: "camera_matrix".into(), reason: error.to_string() })
 }

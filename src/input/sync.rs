@@ -4,15 +4,17 @@
 //! come: a later colour image has passed, images have gone on for [`WAIT_NS`], the queue is full, or
 //! the recording is at its end.
 
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::VecDeque;
 
-use crate::base::Rigid;
-use crate::base::duration_ns;
+use crate::base::{Rigid, duration_ns};
 use crate::config::Config;
 use crate::input::ReadReport;
+use crate::input::apart::apart_text;
+use crate::input::calibrations::{Calibrations, CalibrationsOfTopic, fitted};
 use crate::input::event::{Event, Streams};
 use crate::input::image_message::ImageMessage;
 use crate::input::pose::PoseResolver;
+use crate::input::stated::StatedCamera;
 use crate::input::transforms::JUMP_NS;
 use crate::sensor::CameraModel;
 use crate::sensor::{ColorImage, DepthImage, FramePose, RgbdFrame};
@@ -26,22 +28,6 @@ const MAX_PENDING: usize = 64;
 /// Most colour and most confidence images kept.
 const MAX_KEPT: usize = 128;
 
-struct Calibration {
-    frame_id: String,
-    camera: CameraModel,
-    /// The one before that, where it was another: images that wait may still be of it.
-    before: Option<CameraModel>,
-}
-
-impl Calibration {
-    /// The newest for images of a size, or the newest of all.
-    fn for_size(&self, width: u32, height: u32) -> CameraModel {
-        let all = [Some(self.camera), self.before].into_iter().flatten();
-        let mut fitting = all.filter(|camera| (camera.width, camera.height) == (width, height));
-        fitting.next().unwrap_or(self.camera)
-    }
-}
-
 struct Pending {
     index: u64,
     image: ImageMessage,
@@ -52,9 +38,12 @@ pub(crate) struct Synchronizer {
     streams: Streams,
     camera_frame: String,
     depth_unit_m: f64,
+    float_depth_unit_m: f64,
     pair_tolerance_ns: u64,
     transform_tolerance_ns: u64,
-    calibrations: BTreeMap<String, Calibration>,
+    /// That of depth, where the configuration states it.
+    stated: Option<StatedCamera>,
+    calibrations: Calibrations,
     /// In order of stamps.
     pending: VecDeque<Pending>,
     colors: VecDeque<ImageMessage>,
@@ -70,9 +59,11 @@ impl Synchronizer {
             streams,
             camera_frame: config.camera_frame.clone(),
             depth_unit_m: config.depth_unit_m,
+            float_depth_unit_m: config.float_depth_unit_m,
             pair_tolerance_ns: duration_ns(config.pair_tolerance_s),
             transform_tolerance_ns: duration_ns(config.transform_tolerance_s),
-            calibrations: BTreeMap::new(),
+            stated: StatedCamera::of(config),
+            calibrations: Calibrations::default(),
             pending: VecDeque::new(),
             colors: VecDeque::new(),
             confidences: VecDeque::new(),
@@ -89,7 +80,7 @@ impl Synchronizer {
 
     /// Whether a usable calibration for depth has come.
     pub(crate) fn calibrated(&self) -> bool {
-        !self.calibrations.is_empty()
+        self.stated.is_some() || !self.calibrations.is_empty()
     }
 
     /// Stamp of the earliest depth image that waits, nanoseconds.
@@ -126,10 +117,8 @@ impl Synchronizer {
                 keep(&mut self.colors, image);
             }
             Event::Confidence(image) => keep(&mut self.confidences, image),
-            Event::Calibration { topic, frame_id, camera } => {
-                let old = self.calibrations.remove(&topic);
-                let before = old.and_then(|old| Some(old.camera).filter(|was| *was != camera).or(old.before));
-                self.calibrations.insert(topic, Calibration { frame_id, camera, before });
+            Event::Calibration { topic, frame_id, calibration } => {
+                self.calibrations.take(topic, frame_id, calibration);
             }
         }
         self.settle(poses, report);
@@ -186,8 +175,13 @@ impl Synchronizer {
         };
         passed(&self.streams.color, &self.colors)
             && passed(&self.streams.confidence, &self.confidences)
-            && self.depth_calibration(&image.frame_id).is_some()
+            && (self.stated.is_some() || self.depth_calibrations(&image.frame_id).is_some())
             && (!self.streams.has_transforms || poses.settled(self.depth_frame(image), image.stamp_ns))
+    }
+
+    /// The calibrations of the depth images of a frame.
+    fn depth_calibrations(&self, frame_id: &str) -> Option<&CalibrationsOfTopic> {
+        self.calibrations.of_or_only(self.streams.depth_info.as_deref(), frame_id)
     }
 
     /// The optical frame of the depth camera.
@@ -195,28 +189,10 @@ impl Synchronizer {
         if self.camera_frame.is_empty() { &image.frame_id } else { &self.camera_frame }
     }
 
-    /// The calibration on `topic`, or without one that of the frame.
-    fn calibration(&self, topic: Option<&str>, frame_id: &str) -> Option<&Calibration> {
-        match topic {
-            Some(topic) => self.calibrations.get(topic),
-            None => self.calibrations.values().find(|calibration| calibration.frame_id == frame_id),
-        }
-    }
-
-    /// As [`Self::calibration`]; without a topic, the only one there is serves too.
-    fn depth_calibration(&self, frame_id: &str) -> Option<&Calibration> {
-        let topic = self.streams.depth_info.as_deref();
-        let only = || match self.calibrations.values().collect::<Vec<_>>()[..] {
-            [only] if topic.is_none() => Some(only),
-            _ => None,
-        };
-        self.calibration(topic, frame_id).or_else(only)
-    }
-
     fn release_front(&mut self, poses: &PoseResolver, report: &mut ReadReport) {
         let Some(Pending { index, image }) = self.pending.pop_front() else { return };
         self.last_released_ns = Some(image.stamp_ns);
-        match self.depth(&image) {
+        match self.depth(&image, report) {
             Ok(depth) => {
                 let frame = self.frame(index, &image, depth, poses, report);
                 self.ready.push_back(frame);
@@ -226,27 +202,38 @@ impl Synchronizer {
     }
 
     /// The depth image, or why there is none.
-    fn depth(&self, image: &ImageMessage) -> Result<DepthImage, String> {
+    fn depth(&self, image: &ImageMessage, report: &mut ReadReport) -> Result<DepthImage, String> {
         let decoded = image.depth(self.depth_unit_m).map_err(|error| error.to_string())?;
-        let calibration = self
-            .depth_calibration(&image.frame_id)
-            .ok_or_else(|| format!("no usable calibration came on {}", self.info_name()))?;
-        let camera = calibration.for_size(decoded.width, decoded.height);
-        fits(&camera, decoded.width, decoded.height)?;
+        let size = [decoded.width, decoded.height];
+        let camera = match &self.stated {
+            Some(stated) => stated.camera(size).map_err(|error| error.to_string())?,
+            None => {
+                let missing = || self.uncalibrated(Some(&image.frame_id));
+                let calibrations = self.depth_calibrations(&image.frame_id).ok_or_else(missing)?;
+                let name = self.info_name();
+                fitted(calibrations.camera(size, &self.streams.depth)?, &name, &self.streams.depth, report)
+            }
+        };
         Ok(DepthImage {
             stamp_ns: image.stamp_ns,
             frame_id: self.depth_frame(image).into(),
             camera,
-            samples: decoded.samples,
+            samples: decoded.samples.in_metres(self.float_depth_unit_m),
         })
     }
 
     /// Where the depth image's calibration is expected, for messages.
-    pub(crate) fn info_name(&self) -> String {
+    fn info_name(&self) -> String {
         match &self.streams.depth_info {
             Some(topic) => format!("`{topic}`"),
             None => "any calibration topic for its frame".into(),
         }
+    }
+
+    /// That depth has no calibration, and what was wrong with those that came.
+    pub(crate) fn uncalibrated(&self, frame_id: Option<&str>) -> String {
+        let refused = self.calibrations.why_refused(self.streams.depth_info.as_deref(), frame_id);
+        format!("no usable calibration came on {}{refused}", self.info_name())
     }
 
     fn frame(
@@ -257,24 +244,44 @@ impl Synchronizer {
         poses: &PoseResolver,
         report: &mut ReadReport,
     ) -> RgbdFrame {
-        let color_message = self.nearest(&self.colors, image.stamp_ns);
-        let color = color_message.and_then(|message| {
-            self.color(message, image, &depth)
-                .map_err(|reason| self.count_color(message, reason, report))
-                .ok()
-        });
-        let color_frame = color_message.map(|message| message.frame_id.clone());
-        let color_from_depth = color
-            .as_ref()
-            .and(color_frame)
-            .and_then(|frame| self.color_from_depth(&frame, image, poses, report));
+        let Colored { color, color_from_depth, color_missing } = self.colored(image, &depth, poses, report);
         let confidence = self.confidence(&depth, report);
         let pose = self.pose(&depth, poses, report);
-        RgbdFrame { index, depth, color, color_from_depth, confidence, pose }
+        RgbdFrame { index, depth, color, color_from_depth, color_missing, confidence, pose }
     }
 
-    fn count_color(&self, message: &ImageMessage, reason: String, report: &mut ReadReport) {
-        report.skip(self.streams.color.as_deref().unwrap_or("colour"), reason, message.stamp_ns);
+    /// The colour of a depth image and its place, as far as they can be had.
+    fn colored(
+        &self,
+        image: &ImageMessage,
+        depth: &DepthImage,
+        poses: &PoseResolver,
+        report: &mut ReadReport,
+    ) -> Colored {
+        let message = match self.nearest(&self.colors, image.stamp_ns) {
+            Some(message) => message,
+            None => return Colored::without(self.no_color_near(image.stamp_ns)),
+        };
+        let color = match self.color(message, image, depth, report) {
+            Ok(color) => color,
+            Err(reason) => {
+                report.skip(self.streams.color.as_deref().unwrap_or("colour"), &*reason, message.stamp_ns);
+                return Colored::without(reason);
+            }
+        };
+        let placed = self.color_from_depth(&message.frame_id, image, poses);
+        let color_missing = placed.as_ref().err().cloned();
+        color_missing.iter().for_each(|reason| report.note(&**reason));
+        Colored { color: Some(color), color_from_depth: placed.ok(), color_missing }
+    }
+
+    /// Why no colour image is near a stamp, with the distance of the nearest to a step.
+    fn no_color_near(&self, stamp_ns: u64) -> String {
+        if self.streams.color.is_none() {
+            return "the recording has no colour of this camera".into();
+        }
+        let apart = self.colors.iter().map(|image| image.stamp_ns.abs_diff(stamp_ns)).min();
+        apart_text(apart, self.pair_tolerance_ns)
     }
 
     fn nearest<'a>(&self, kept: &'a VecDeque<ImageMessage>, stamp_ns: u64) -> Option<&'a ImageMessage> {
@@ -288,14 +295,20 @@ impl Synchronizer {
         message: &ImageMessage,
         image: &ImageMessage,
         depth: &DepthImage,
+        report: &mut ReadReport,
     ) -> Result<ColorImage, String> {
         let decoded = message.color().map_err(|error| error.to_string())?;
-        let own = self
-            .calibration(self.streams.color_info.as_deref(), &message.frame_id)
-            .map(|calibration| calibration.for_size(decoded.width, decoded.height));
-        let shared = (message.frame_id == image.frame_id).then_some(depth.camera);
-        let camera = own.or(shared).ok_or("no usable calibration came for the colour camera")?;
-        fits(&camera, decoded.width, decoded.height)?;
+        let (info, topic) = (self.streams.color_info.as_deref(), self.streams.color.as_deref());
+        let topic = topic.unwrap_or_default();
+        let size = [decoded.width, decoded.height];
+        let camera = match self.calibrations.of(info, &message.frame_id) {
+            Some(own) => fitted(own.camera(size, topic)?, "for colour", topic, report),
+            None if message.frame_id == image.frame_id => fits(depth.camera, size)?,
+            None => {
+                let refused = self.calibrations.why_refused(info, Some(&message.frame_id));
+                return Err(format!("no usable calibration came for the colour camera{refused}"));
+            }
+        };
         Ok(ColorImage { stamp_ns: message.stamp_ns, camera, rgb: decoded.samples })
     }
 
@@ -304,18 +317,13 @@ impl Synchronizer {
         color_frame: &str,
         image: &ImageMessage,
         poses: &PoseResolver,
-        report: &mut ReadReport,
-    ) -> Option<Rigid> {
+    ) -> Result<Rigid, String> {
         if color_frame == image.frame_id {
-            return Some(Rigid::IDENTITY);
+            return Ok(Rigid::IDENTITY);
         }
         let depth_frame = self.depth_frame(image);
         let found = poses.lookup(color_frame, depth_frame, image.stamp_ns, self.transform_tolerance_ns);
-        found
-            .map_err(|error| {
-                report.note(format!("no transform from `{depth_frame}` to `{color_frame}`: {error}"))
-            })
-            .ok()
+        found.map_err(|error| format!("no transform from `{depth_frame}` to `{color_frame}`: {error}"))
     }
 
     fn confidence(&self, depth: &DepthImage, report: &mut ReadReport) -> Option<Vec<f32>> {
@@ -365,9 +373,22 @@ fn keep(kept: &mut VecDeque<ImageMessage>, image: ImageMessage) {
     }
 }
 
-fn fits(camera: &CameraModel, width: u32, height: u32) -> Result<(), String> {
-    if (camera.width, camera.height) == (width, height) {
-        return Ok(());
+/// A frame's colour and its place, or what is missing.
+struct Colored {
+    color: Option<ColorImage>,
+    color_from_depth: Option<Rigid>,
+    color_missing: Option<String>,
+}
+
+impl Colored {
+    fn without(reason: String) -> Self {
+        Self { color: None, color_from_depth: None, color_missing: Some(reason) }
+    }
+}
+
+fn fits(camera: CameraModel, [width, height]: [u32; 2]) -> Result<CameraModel, String> {
+    if [camera.width, camera.height] == [width, height] {
+        return Ok(camera);
     }
     Err(format!("its calibration is for {}x{}, but it is {width}x{height}", camera.width, camera.height))
 }

@@ -10,9 +10,11 @@ use crate::base::Rigid;
 use crate::base::duration_ns;
 use crate::base::{Error, Result};
 use crate::config::Config;
+use crate::input::apart::apart_text;
 use crate::input::image_decode::{color_from_file, depth_from_png, read_file};
 use crate::input::pose::PoseResolver;
 use crate::input::start::open_file;
+use crate::input::stated::StatedCamera;
 use crate::input::{ReadReport, Recording};
 use crate::sensor::{CameraModel, Distortion};
 use crate::sensor::{ColorImage, DepthImage, FramePose, RgbdFrame};
@@ -80,8 +82,8 @@ impl TumReader {
     /// transform that is not a transform.
     pub fn open(folder: &Path, config: &Config) -> Result<Self> {
         let mut report = ReadReport::default();
-        let (camera, scale_m) = read_camera(&folder.join("camera.yaml"))?;
         let depth = read_list(folder, "depth.txt", &mut report)?;
+        let (camera, scale_m) = camera_of(folder, &depth, config)?;
         let mut colors = read_optional(folder, "rgb.txt", &mut report, read_list)?;
         let mut trajectory = read_optional(folder, "groundtruth.txt", &mut report, read_trajectory)?;
         colors.sort_by_key(|entry| entry.stamp_ns);
@@ -115,27 +117,30 @@ impl TumReader {
             samples: decoded.samples,
         };
         let color = self.color(entry.stamp_ns);
+        let (color_missing, color) = (color.as_ref().err().cloned(), color.ok());
         let color_from_depth = color.as_ref().map(|_| Rigid::IDENTITY);
         let pose = self.pose(entry.stamp_ns);
-        Ok(RgbdFrame { index, depth, color, color_from_depth, confidence: None, pose })
+        Ok(RgbdFrame { index, depth, color, color_from_depth, color_missing, confidence: None, pose })
     }
 
-    /// The colour image nearest in time, within the tolerance.
-    fn color(&mut self, stamp_ns: u64) -> Option<ColorImage> {
+    /// The colour image nearest in time, within the tolerance; or why there is none.
+    fn color(&mut self, stamp_ns: u64) -> Result<ColorImage, String> {
         let after = self.colors.partition_point(|entry| entry.stamp_ns < stamp_ns);
         let around = &self.colors[after.saturating_sub(1)..self.colors.len().min(after + 1)];
-        let nearest = around.iter().min_by_key(|entry| entry.stamp_ns.abs_diff(stamp_ns))?;
-        if nearest.stamp_ns.abs_diff(stamp_ns) > self.pair_tolerance_ns {
-            return None;
-        }
+        let apart_ns = |entry: &&Entry| entry.stamp_ns.abs_diff(stamp_ns);
+        let nearest = around.iter().min_by_key(apart_ns);
+        let within = nearest.filter(|entry| apart_ns(entry) <= self.pair_tolerance_ns);
+        let Some(nearest) = within else {
+            return Err(apart_text(nearest.as_ref().map(apart_ns), self.pair_tolerance_ns));
+        };
         let (stamp_ns, name) = (nearest.stamp_ns, &nearest.name);
         let image = read_file(&self.folder.join(name)).and_then(|file| color_from_file(&file));
         let checked = image.and_then(|image| self.fits(name, image.width, image.height).map(|()| image));
         match checked {
-            Ok(image) => Some(ColorImage { stamp_ns, camera: self.camera, rgb: image.samples }),
+            Ok(image) => Ok(ColorImage { stamp_ns, camera: self.camera, rgb: image.samples }),
             Err(error) => {
                 self.report.skip("rgb.txt", error.to_string(), stamp_ns);
-                None
+                Err("an image of rgb.txt cannot be used".into())
             }
         }
     }
@@ -201,6 +206,43 @@ impl Recording for TumReader {
     fn frame_count_hint(&self) -> Option<u64> {
         Some(self.depth_count)
     }
+}
+
+/// What `camera.yaml` holds, for those who have none: TUM's own sequences have it in their documentation alone.
+const CAMERA_EXAMPLE: &str = "\
+image_width: 640
+image_height: 480
+distortion_model: plumb_bob
+distortion_coefficients: {rows: 1, cols: 5, data: [0.0, 0.0, 0.0, 0.0, 0.0]}
+camera_matrix: {rows: 3, cols: 3, data: [525.0, 0.0, 319.5, 0.0, 525.0, 239.5, 0.0, 0.0, 1.0]}
+depth_scale_m: 0.0002
+";
+
+/// The calibration and metres per count of depth: of `camera.yaml`, or else as the configuration states them for images of
+/// the size of the first.
+fn camera_of(folder: &Path, depth: &[Entry], config: &Config) -> Result<(CameraModel, Option<f64>)> {
+    let path = folder.join("camera.yaml");
+    if path.exists() {
+        return read_camera(&path);
+    }
+    let Some(stated) = StatedCamera::of(config) else {
+        let reason = format!(
+            "is missing. It holds the calibration that depth and colour share and the metres per count of depth \
+             (0.0002 in TUM's own sequences, whose 16-bit images count 5000 to the metre), for instance:\n\n{CAMERA_EXAMPLE}\n\
+             Or state `camera_matrix` and `depth_unit_m` in the configuration"
+        );
+        return Err(Error::Format { path, reason });
+    };
+    let first = depth.iter().find_map(|entry| {
+        let file = read_file(&folder.join(&entry.name)).ok()?;
+        depth_from_png(&file, config.depth_unit_m).ok()
+    });
+    let none = || Error::Format {
+        path: folder.join("depth.txt"),
+        reason: "names no 16-bit PNG that can be read".into(),
+    };
+    let first = first.ok_or_else(none)?;
+    Ok((stated.camera([first.width, first.height])?, None))
 }
 
 /// The calibration and metres per count of depth, where the file says.

@@ -74,6 +74,8 @@ pub struct CameraUpdate {
     pub low_reliability_fraction: f64,
     /// Whether that share is above `degraded_fraction`.
     pub degraded: bool,
+    /// Why the frame was fused by depth alone, as method range does it, where method auto is drm and its colour could not be used.
+    pub depth_alone: Option<String>,
     /// Images, when they were asked for.
     pub images: Option<FrameImages>,
     /// Grids beside the costmap, when they were asked for.

@@ -160,8 +160,9 @@ impl Builder<'_> {
 
     fn camera_job(&self, number: usize, info: &CameraInfo) -> Result<CameraJob> {
         info.depth.validate()?;
-        let config = self.config(number)?.resolved(info.color.is_some());
-        let drm = load_drm(&config, info, self.context)?;
+        let sensor = &self.sensors[number];
+        let config = self.config(number)?.resolved(info.color.is_some() && sensor.color_missing.is_none());
+        let drm = load_drm(&config, sensor, info, self.context)?;
         Ok(CameraJob {
             depth: info.depth,
             float_depth: info.float_depth,
@@ -169,6 +170,7 @@ impl Builder<'_> {
             color_aligned: info.color_aligned,
             confidence: info.confidence || !config.confidence_topic.is_empty(),
             drm,
+            depth_alone: sensor.config.method == Method::Auto,
             images: self.options.images,
             layers: self.options.layers,
             config,
@@ -198,14 +200,21 @@ impl Builder<'_> {
 }
 
 /// The network of method drm; `None` for the others.
-fn load_drm(config: &Config, info: &CameraInfo, context: &Context) -> Result<Option<Drm>> {
+fn load_drm(
+    config: &Config,
+    sensor: &SensorInfo,
+    info: &CameraInfo,
+    context: &Context,
+) -> Result<Option<Drm>> {
     if config.method != Method::Drm {
         return Ok(None);
     }
     if info.color.is_none() {
-        let reason =
-            "drm needs colour images, and none with a calibration is among the first frames (range does not)";
-        return Err(Error::Config { key: "method".into(), reason: reason.into() });
+        let why = sensor.color_missing.as_ref().map(|why| format!(": {why}")).unwrap_or_default();
+        let reason = format!(
+            "drm needs colour images, and none with a calibration is among the first frames{why} (auto and range take depth alone)"
+        );
+        return Err(Error::Config { key: "method".into(), reason });
     }
     let network = match config.weights.as_str() {
         "" => Network::shipped()?,

@@ -14,6 +14,7 @@ use crate::map::jumps::PoseTrack;
 use crate::map::{Grid, State, Update, Window};
 use crate::sensor::{Observation, SensorKind, SensorPose};
 use crate::stage::camera::back_project;
+use crate::stage::camera::color::usable_color;
 use crate::stage::lidar::trust::IntensityTrust;
 use crate::stage::{CameraJob, Moment, Stage};
 
@@ -30,6 +31,8 @@ pub(super) struct Pending {
     pub(super) towards_goal: Option<DVec2>,
     /// What the clock said of the sensors.
     pub(super) states: Vec<State>,
+    /// Why a frame is fused by depth alone, where method auto is drm.
+    pub(super) depth_alone: Option<String>,
     /// Of a scan.
     pub(super) points: usize,
     pub(super) pose_jumped: bool,
@@ -157,6 +160,7 @@ impl Channel {
             grid: moment.grid,
             towards_goal: moment.towards_goal,
             states,
+            depth_alone: built.depth_alone(observation),
             points: observation.scan().map_or(0, |scan| scan.points.len()),
             pose_jumped: self.track.jumps(&self.config, stamp_ns, map_from_sensor),
         });
@@ -180,6 +184,7 @@ impl Channel {
             grid: moment.grid,
             towards_goal: moment.towards_goal,
             states,
+            depth_alone: None,
             points: 0,
             pose_jumped: false,
         });
@@ -241,12 +246,18 @@ impl Built {
         Ok(())
     }
 
+    /// Why a frame is fused by depth alone, where method auto is drm.
+    fn depth_alone(&self, observation: &Observation) -> Option<String> {
+        match (&self.kind, observation.frame()) {
+            (Kind::Camera(job), Some(frame)) if job.drm.is_some() => usable_color(job, frame).err(),
+            _ => None,
+        }
+    }
+
     /// Stamp of the oldest data used: a colour image counts where the passes use it.
     fn oldest_ns(&self, observation: &Observation) -> u64 {
         let color_ns = match (&self.kind, observation.frame()) {
-            (Kind::Camera(job), Some(frame)) => {
-                job.color.and(frame.color.as_ref()).map(|color| color.stamp_ns)
-            }
+            (Kind::Camera(job), Some(frame)) => usable_color(job, frame).ok().map(|color| color.stamp_ns),
             _ => None,
         };
         observation.stamp_ns().min(color_ns.unwrap_or(u64::MAX))

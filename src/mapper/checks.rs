@@ -47,12 +47,12 @@ pub(crate) fn frame(job: &CameraJob, frame: &RgbdFrame) -> Fits {
     same_lens(job, frame)
 }
 
-/// Passes are compiled for a lens with distortion or without, so a new calibration may not change that.
+/// Passes are compiled for a lens without distortion, with a polynomial, or for a fisheye, so a new calibration may not change that.
 fn same_lens(job: &CameraJob, frame: &RgbdFrame) -> Fits {
-    let distorted = |camera: &CameraModel| camera.distortion != Distortion::None;
-    if distorted(&job.depth) == distorted(&frame.depth.camera) {
+    let kind = |camera: &CameraModel| (camera.distortion != Distortion::None, camera.distortion.is_fisheye());
+    if kind(&job.depth) == kind(&frame.depth.camera) {
         return Ok(());
     }
-    let reason = "lens distortion appears or vanishes within the recording".into();
+    let reason = "lens distortion appears, vanishes or changes its model within the recording".into();
     Err(Refused::Calibration { what: "depth", reason })
 }

@@ -23,7 +23,7 @@ impl Built {
     pub(super) fn update(&self, pending: Pending, readback: &Readback) -> Result<Update> {
         let reader = Reader { readback, executor: &self.executor, scope: self.kind.scope() };
         let (seen, map) = match &self.kind {
-            Kind::Camera(job) => (Some(Seen::Camera(reader.camera(job)?)), &job.map),
+            Kind::Camera(job) => (Some(Seen::Camera(reader.camera(job, &pending)?)), &job.map),
             Kind::Lidar(job) => (Some(Seen::Lidar(reader.lidar(job, &pending)?)), &job.map),
             Kind::Map(map) => (None, map),
         };
@@ -73,13 +73,14 @@ impl Reader<'_> {
         Ok(rows.flat_map(|row| &row[..side]).copied().collect())
     }
 
-    fn camera(&self, job: &CameraJob) -> Result<CameraUpdate> {
+    fn camera(&self, job: &CameraJob, pending: &Pending) -> Result<CameraUpdate> {
         let counters = counters(&self.words("counters")?, job);
         let low_reliability_fraction = f64::from(counters.low_reliability) / f64::from(job.pixels());
         Ok(CameraUpdate {
             counters,
             low_reliability_fraction,
             degraded: low_reliability_fraction > job.config.degraded_fraction,
+            depth_alone: pending.depth_alone.clone(),
             images: job.images.then(|| self.images(job)).transpose()?,
             layers: job.layers.then(|| self.layers()).transpose()?,
         })

@@ -112,7 +112,7 @@ pub struct CameraCalibration {
     /// Pixels.
     #[prost(fixed32, tag = "3")]
     pub height: u32,
-    /// `plumb_bob` or `rational_polynomial`.
+    /// `plumb_bob`, `rational_polynomial` or `kannala_brandt`.
     #[prost(string, tag = "4")]
     pub distortion_model: String,
     /// Distortion coefficients (`D`).

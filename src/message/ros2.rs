@@ -224,7 +224,7 @@ pub struct CameraInfo {
     pub height: u32,
     /// Pixels.
     pub width: u32,
-    /// `plumb_bob` or `rational_polynomial`.
+    /// `plumb_bob`, `rational_polynomial` or `equidistant`.
     pub distortion_model: String,
     /// Distortion coefficients.
     pub d: Vec<f64>,
@@ -250,6 +250,7 @@ impl CameraInfo {
             Distortion::None => ("plumb_bob", vec![0.0; 5]),
             Distortion::PlumbBob(k) => ("plumb_bob", k.to_vec()),
             Distortion::RationalPolynomial(k) => ("rational_polynomial", k.to_vec()),
+            Distortion::Fisheye(k) => ("equidistant", k.to_vec()),
         };
         Self {
             header,

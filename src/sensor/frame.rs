@@ -39,6 +39,18 @@ impl DepthSamples {
         }
     }
 
+    /// These with floats in units of `float_unit_m` metres made metres.
+    #[must_use]
+    pub fn in_metres(self, float_unit_m: f64) -> Self {
+        match self {
+            Self::Metres(samples) if float_unit_m != 1.0 => {
+                let unit_m = crate::base::single(float_unit_m);
+                Self::Metres(samples.into_iter().map(|sample| sample * unit_m).collect())
+            }
+            other => other,
+        }
+    }
+
     /// Whether there are none.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
@@ -77,6 +89,8 @@ pub struct RgbdFrame {
     /// Colour camera from depth camera (optical frames); identity where the images are aligned
     /// (same frame), `None` without colour or where the transform is unknown.
     pub color_from_depth: Option<Rigid>,
+    /// Why colour is missing or cannot be used with depth, where the source knows.
+    pub color_missing: Option<String>,
     /// The sensor's own confidence on the depth grid, in [0, 1], `width * height` values.
     pub confidence: Option<Vec<f32>>,
     /// `None` where the transform tree does not reach from map to camera at this stamp.

@@ -2,6 +2,7 @@
 
 mod beam_grid;
 mod camera;
+mod depth_spread;
 mod dropped;
 mod frame;
 mod model;
@@ -15,6 +16,7 @@ mod velodyne;
 pub use crate::base::Rigid;
 pub use beam_grid::BeamGrid;
 pub use camera::{CameraModel, Distortion};
+pub use depth_spread::DepthSpread;
 pub use dropped::{DropReason, Dropped};
 pub use frame::{ColorImage, DepthImage, DepthSamples, FramePose, RgbdFrame};
 pub use model::{CameraInfo, LidarInfo, SensorKind, SensorModel};

@@ -86,6 +86,8 @@ pub struct CameraJob {
     pub confidence: bool,
     /// The network that weighs pixels, for method drm.
     pub drm: Option<Drm>,
+    /// Whether a frame whose colour cannot be used is fused by depth alone (method auto), else refused by method drm.
+    pub depth_alone: bool,
     /// Whether images (depth, reliability, colour) are read back.
     pub images: bool,
     /// Whether the grids beside the costmap are read back.

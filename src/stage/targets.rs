@@ -234,6 +234,7 @@ impl Targets {
         let line = Invocations::line(job.pixels());
         plan.step(REMEMBER, Invocations::line(job.pixel_words()), &[])?;
         plan.step(REPROJECT, Invocations([job.pixels(), count(VIEWS), 1]), &[])?;
+        plan.with(&[("fisheye", job.depth.distortion.is_fisheye())])?;
         plan.step(AGREE, line, &[])?;
         plan.step(JUDGE, Invocations::line(rows * columns), &[])?;
         for name in ["reference_m", "targets", "picked"] {

@@ -32,6 +32,7 @@ impl LogCamera {
     pub(super) fn new(topics: Topics, config: &Config, moves: bool) -> Self {
         let mut report = ReadReport::default();
         report.note(topics.note());
+        topics.unread.iter().for_each(|note| report.note(&**note));
         let sdk = SdkStreams::of(&topics);
         report.notes.extend(sdk.as_ref().map(SdkStreams::note));
         let streams = Streams {
@@ -161,9 +162,9 @@ impl LogCamera {
             return None;
         }
         Some(format!(
-            "none of its {} depth images can be used: no usable calibration came on {}",
+            "none of its {} depth images can be used: {}; `camera_matrix` (and `distortion`) can state one",
             self.report.depth_images,
-            self.sync.info_name()
+            self.sync.uncalibrated(None)
         ))
     }
 }

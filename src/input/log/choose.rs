@@ -7,12 +7,13 @@ use crate::config::{Config, SensorConfig, SensorKind};
 use crate::input::ReadReport;
 use crate::input::log::LogFiles;
 use crate::input::log::camera::LogCamera;
+use crate::input::log::cameras::{clouds_of_cameras, find_depth, shared_names};
 use crate::input::log::lidar::{self, LogLidar};
 use crate::input::log::motion::Motion;
 use crate::input::log::reading::Log;
 use crate::input::log::sensor::{LogSensor, Reader};
 use crate::input::log::splits::Survey;
-use crate::input::log::topics::{Channels, Kind, Topics, find_depth, shared_names};
+use crate::input::log::topics::{Channels, Kind, Topics};
 use crate::input::log::unread::missing_scans;
 use crate::input::points::Options;
 
@@ -133,7 +134,7 @@ fn note_left_out(channels: &Channels, chosen: &Chosen, report: &mut ReadReport) 
         let mut lidars = chosen.sensors.iter();
         lidars.any(|sensor| matches!(&sensor.reader, Reader::Lidar(lidar) if lidar.topic == topic))
     };
-    for topic in lidar::camera_clouds(channels).iter().filter(|topic| !is_read(topic)) {
+    for topic in clouds_of_cameras(channels).iter().filter(|topic| !is_read(topic)) {
         report.note(format!(
             "{topic} is left out: it looks like the camera's own cloud of its depth images (`scan_topic` takes it as a lidar's)"
         ));

@@ -2,11 +2,11 @@
 
 use crate::base::Result;
 use crate::base::Rigid;
+use crate::input::calibration::Calibration;
 use crate::input::event::TransformEvent;
 use crate::input::image_message::ImageMessage;
 use crate::input::log::topics::{Kind, Wire};
 use crate::message::{bare_frame, decode_error, foxglove, ros2};
-use crate::sensor::{CameraModel, Distortion};
 
 /// An image message of any of the supported types, in `frame_id` where it does not say so itself.
 pub(super) fn image(kind: Kind, frame_id: Option<&str>, payload: &[u8]) -> Result<ImageMessage> {
@@ -26,36 +26,29 @@ pub(super) fn image(kind: Kind, frame_id: Option<&str>, payload: &[u8]) -> Resul
 }
 
 /// A calibration message; what is wrong with its numbers is part of it.
-pub(super) struct Calibration {
+pub(super) struct CalibrationMessage {
     pub(super) stamp_ns: u64,
     pub(super) frame_id: String,
-    pub(super) camera: Result<CameraModel>,
+    pub(super) calibration: Result<Calibration>,
 }
 
-pub(super) fn calibration(kind: Kind, payload: &[u8]) -> Result<Calibration> {
+pub(super) fn calibration(kind: Kind, payload: &[u8]) -> Result<CalibrationMessage> {
     match kind {
         Kind::RosCameraInfo(wire) => {
             let info: ros2::CameraInfo = wire.decode("sensor_msgs/CameraInfo", payload)?;
-            let camera = camera_model([info.width, info.height], &info.k, &info.distortion_model, &info.d);
+            let calibration = Calibration::of_ros(&info);
             let (stamp_ns, frame_id) = (info.header.stamp.stamp_ns()?, bare_frame(info.header.frame_id));
-            Ok(Calibration { stamp_ns, frame_id, camera })
+            Ok(CalibrationMessage { stamp_ns, frame_id, calibration })
         }
         Kind::FoxgloveCalibration => {
             let info: foxglove::CameraCalibration =
                 foxglove::decode_protobuf("foxglove.CameraCalibration", payload)?;
-            let camera = camera_model([info.width, info.height], &info.k, &info.distortion_model, &info.d);
-            Ok(Calibration { stamp_ns: foxglove::stamp_ns(info.timestamp)?, frame_id: info.frame_id, camera })
+            let (calibration, stamp_ns) =
+                (Calibration::of_foxglove(&info), foxglove::stamp_ns(info.timestamp)?);
+            Ok(CalibrationMessage { stamp_ns, frame_id: info.frame_id, calibration })
         }
         _ => Err(decode_error("calibration", "the topic holds another type")),
     }
-}
-
-fn camera_model([width, height]: [u32; 2], k: &[f64], model: &str, d: &[f64]) -> Result<CameraModel> {
-    let &[fx, _, cx, _, fy, cy, _, _, _] = k else {
-        return Err(decode_error("camera intrinsics", format!("K has {} numbers in place of 9", k.len())));
-    };
-    let distortion = Distortion::from_ros(model, d)?;
-    CameraModel { width, height, fx, fy, cx, cy, distortion }.validate()
 }
 
 /// The transforms of a message; `fixed` those of `/tf_static`.

@@ -2,7 +2,8 @@
 
 use std::collections::BTreeSet;
 
-use crate::input::log::topics::{Channel, Channels, Kind, find_depth};
+use crate::input::log::cameras::find_depth;
+use crate::input::log::topics::{Channel, Channels, Kind};
 use crate::input::points::cloud;
 use crate::message::{bare_frame, foxglove, ros2};
 
@@ -47,8 +48,16 @@ impl Layout {
     /// Whether it looks like the cloud that a camera's driver makes of its depth images.
     pub(super) fn is_of_camera(&self) -> bool {
         let colored = self.has(&["rgb", "rgba"]) || self.has(&["r"]) && self.has(&["g"]) && self.has(&["b"]);
-        let of_lidar = self.has(cloud::INTENSITY) || self.has(cloud::RING);
-        !of_lidar && (colored || self.frame_id.ends_with("optical_frame"))
+        !self.is_of_lidar() && (colored || self.frame_id.contains("optical"))
+    }
+
+    /// Whether it has what lidars give and cameras do not.
+    pub(super) fn is_of_lidar(&self) -> bool {
+        self.has(cloud::INTENSITY) || self.has(cloud::RING)
+    }
+
+    pub(super) fn frame_id(&self) -> &str {
+        &self.frame_id
     }
 
     /// What it lacks, the gravest first: the least is the best.

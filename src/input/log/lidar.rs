@@ -7,9 +7,10 @@ use std::collections::VecDeque;
 
 use crate::base::Result;
 use crate::config::Config;
+use crate::input::log::cameras::clouds_of_cameras;
 use crate::input::log::layout::Layout;
 use crate::input::log::motion::Motion;
-use crate::input::log::topics::{Channels, Kind, Wire, find_depth};
+use crate::input::log::topics::{Channels, Kind, Wire};
 use crate::input::points::velodyne::{Cut, Decoder, ScanMessage};
 use crate::input::points::{Options, ScanReport, cloud, laser, livox};
 use crate::input::scan_pose::ScanPoser;
@@ -210,7 +211,7 @@ impl LogLidar {
 /// made of them, and packets before clouds, as clouds are made of packets and may have lost returns; then by name. A camera's
 /// own cloud beside its depth images is none.
 pub(super) fn find(channels: &Channels) -> Option<String> {
-    let own = camera_clouds(channels);
+    let own = clouds_of_cameras(channels);
     let rank = |channel: &&super::topics::Channel| {
         let flat = matches!(channel.kind, Some(Kind::LaserScan(_) | Kind::MultiEchoLaserScan(_)));
         let packets = matches!(channel.kind, Some(Kind::VelodyneScan(_)));
@@ -219,16 +220,6 @@ pub(super) fn find(channels: &Channels) -> Option<String> {
     };
     let scans = channels.of_kind(Kind::is_scan).filter(|channel| !own.contains(&channel.topic));
     scans.min_by_key(rank).map(|channel| channel.topic.clone())
-}
-
-/// Clouds that a camera's driver makes of the depth images beside them.
-pub(super) fn camera_clouds(channels: &Channels) -> Vec<String> {
-    if find_depth(channels).is_none() {
-        return Vec::new();
-    }
-    let own = |topic: &str| channels.layout(topic).is_some_and(Layout::is_of_camera);
-    let clouds = channels.of_kind(Kind::is_scan).filter(|channel| own(&channel.topic));
-    clouds.map(|channel| channel.topic.clone()).collect()
 }
 
 /// One line for the report.

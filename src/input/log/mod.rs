@@ -2,12 +2,14 @@
 //! (protobuf) messages, ROS 1 bags, and rosbag2's SQLite files and folders.
 
 mod camera;
+mod cameras;
 mod choose;
 mod decode;
 mod file;
 mod files;
 mod layout;
 mod lidar;
+mod look;
 mod metadata;
 mod motion;
 mod names;

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use crate::base::{Error, Result};
 use crate::input::ReadReport;
 use crate::input::event::{Event, TransformEvent};
-use crate::input::log::decode::{self, Calibration};
+use crate::input::log::decode::{self, CalibrationMessage};
 use crate::input::log::motion::Motion;
 use crate::input::log::sensor::{LogSensor, Reader};
 use crate::input::log::splits::{Splits, Survey};
@@ -151,19 +151,18 @@ impl Log {
     }
 
     fn take_calibration(&mut self, topic: &str, kind: Kind, payload: &[u8]) -> Result<()> {
-        let Calibration { stamp_ns, frame_id, camera: model } = decode::calibration(kind, payload)?;
-        let model = match model {
-            Ok(model) => model,
-            Err(error) => {
-                self.report.skip(topic, error.to_string(), stamp_ns);
-                return Ok(());
-            }
-        };
+        let CalibrationMessage { stamp_ns, frame_id, calibration } = decode::calibration(kind, payload)?;
+        let calibration = calibration.map_err(|error| {
+            let reason = error.to_string();
+            self.report.skip(topic, &*reason, stamp_ns);
+            reason
+        });
         let Self { sensors, motion, .. } = self;
         for sensor in sensors {
             let Reader::Camera(camera) = &mut sensor.reader else { continue };
             let frame_id = camera.frame_id(topic).unwrap_or(&frame_id).to_owned();
-            let event = Event::Calibration { topic: topic.into(), frame_id, camera: model };
+            let event =
+                Event::Calibration { topic: topic.into(), frame_id, calibration: calibration.clone() };
             camera.sync.push(event, &motion.poses, &mut camera.report);
         }
         Ok(())

@@ -1,15 +1,22 @@
 //! The records of a recording's files, one file after the other. A topic has one id, whatever its ids in the files are.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use crate::base::{Error, Result};
 use crate::input::log::files::LogFiles;
-use crate::input::log::topics::Channels;
+use crate::input::log::look::look_of;
+use crate::input::log::topics::{Channels, Kind};
 use crate::input::log::{Record, Records};
 use crate::input::zstd_frame;
 
 /// How far files without a summary are read ahead for their channels, bytes of all of them.
 const AHEAD_BYTES: u64 = 256 << 20;
+
+/// How far they are read for the first messages of images and calibrations, bytes.
+const LOOK_BYTES: u64 = 64 << 20;
+
+/// Most messages that are looked at; the first of each topic comes early.
+const MOST_LOOKED_AT: u32 = 20_000;
 
 /// Topic, message type and message encoding.
 type Named = (String, String, String);
@@ -116,30 +123,54 @@ impl Survey {
             return Err(error);
         }
         survey.finish(counts, &without_summary, files.parts().len());
-        survey.look_at_clouds(files)?;
+        survey.look_at_messages(files)?;
         Ok(survey)
     }
 
-    /// Takes in the first messages of the channels that are to be looked at, as far as they are among the first bytes.
-    fn look_at_clouds(&mut self, files: &LogFiles) -> Result<()> {
-        let (mut wanted, mut left) = (self.channels.to_look_at(), AHEAD_BYTES);
+    /// Takes in what the first messages of images and calibrations show, then those of the clouds that are to be looked at.
+    fn look_at_messages(&mut self, files: &LogFiles) -> Result<()> {
+        let is_shown = |kind: Kind| kind.is_image() || kind.is_calibration();
+        let kinds: BTreeMap<u32, Kind> = self.channels.of_kind_by_id(is_shown).collect();
+        self.first_messages(files, kinds.keys().copied().collect(), LOOK_BYTES, |channels, id, data| {
+            let look = kinds.get(&id).and_then(|&kind| look_of(kind, data));
+            look.map(|look| channels.show(id, look)).is_some()
+        })?;
+        let clouds = self.channels.to_look_at();
+        self.first_messages(files, clouds, AHEAD_BYTES, |channels, id, data| {
+            channels.look_at(id, data);
+            true
+        })
+    }
+
+    /// Gives the messages of the `wanted` channels to `take` until it has taken one of each, as far as they are among the first
+    /// bytes and the first messages.
+    fn first_messages(
+        &mut self,
+        files: &LogFiles,
+        mut wanted: BTreeSet<u32>,
+        mut left: u64,
+        mut take: impl FnMut(&mut Channels, u32, &[u8]) -> bool,
+    ) -> Result<()> {
+        let mut messages = 0;
         for (file, part) in files.parts().iter().enumerate() {
             if wanted.is_empty() || left == 0 {
                 break;
             }
             // What cannot be opened is told when it is read.
             let Ok(mut records) = part.open() else { continue };
-            while !wanted.is_empty() && records.offset() <= left {
+            while !wanted.is_empty() && records.offset() <= left && messages < MOST_LOOKED_AT {
                 let is_wanted = |id| self.ids.channel(file, id).is_some_and(|id| wanted.contains(&id));
                 let Some(record) = records.next(&is_wanted)? else { break };
                 if let Some(Record::Message { channel_id, data, .. }) = self.ids.translate(file, record) {
+                    messages += 1;
                     let data = if zstd_frame::is_packed(&data) {
                         zstd_frame::unpack(&data).ok()
                     } else {
                         Some(data)
                     };
-                    self.channels.look_at(channel_id, &data.unwrap_or_default());
-                    wanted.remove(&channel_id);
+                    if take(&mut self.channels, channel_id, &data.unwrap_or_default()) {
+                        wanted.remove(&channel_id);
+                    }
                 }
             }
             left = left.saturating_sub(records.offset());

@@ -7,7 +7,9 @@ use serde::de::DeserializeOwned;
 
 use crate::base::{Error, Result};
 use crate::config::Config;
+use crate::input::log::cameras::{find_color, find_depth, sibling_info, unread};
 use crate::input::log::layout::Layout;
+use crate::input::log::look::Look;
 use crate::input::log::records::Record;
 use crate::message::{ros1, ros2};
 
@@ -92,11 +94,11 @@ impl Kind {
         })
     }
 
-    fn is_raw_image(self) -> bool {
+    pub(super) fn is_raw_image(self) -> bool {
         matches!(self, Self::RosImage(_) | Self::FoxgloveRawImage)
     }
 
-    fn is_image(self) -> bool {
+    pub(super) fn is_image(self) -> bool {
         self.is_raw_image() || matches!(self, Self::RosCompressedImage(_) | Self::FoxgloveCompressedImage)
     }
 
@@ -116,6 +118,10 @@ impl Kind {
         )
     }
 
+    pub(super) fn is_cloud(self) -> bool {
+        matches!(self, Self::RosPointCloud(_) | Self::FoxglovePointCloud)
+    }
+
     pub(super) fn is_transforms(self) -> bool {
         matches!(self, Self::RosTransforms(_) | Self::FoxgloveTransform | Self::FoxgloveTransforms)
     }
@@ -131,13 +137,15 @@ pub(super) struct Channel {
     type_name: String,
     /// Where the summary says how many.
     pub(super) messages: Option<u64>,
+    /// What its first message shows, where that was read.
+    pub(super) look: Option<Look>,
 }
 
 impl Channel {
     fn new(topic: String, message_encoding: &str, schema: &str) -> Self {
         let type_name = format!("{schema} ({message_encoding})");
         let kind = Kind::of(message_encoding, schema);
-        Self { topic, kind, schema: schema.into(), type_name, messages: None }
+        Self { topic, kind, schema: schema.into(), type_name, messages: None, look: None }
     }
 }
 
@@ -202,6 +210,19 @@ impl Channels {
         self.by_id.values().filter(move |c| c.kind.is_some_and(&is) && c.messages != Some(0))
     }
 
+    /// As [`Self::of_kind`], by number.
+    pub(super) fn of_kind_by_id(&self, is: impl Fn(Kind) -> bool) -> impl Iterator<Item = (u32, Kind)> {
+        let of = move |(&id, channel): (&u32, &Channel)| Some((id, channel.kind.filter(|&kind| is(kind))?));
+        self.by_id.iter().filter(|(_, channel)| channel.messages != Some(0)).filter_map(of)
+    }
+
+    /// Keeps what a channel's first message shows.
+    pub(super) fn show(&mut self, id: u32, look: Look) {
+        if let Some(channel) = self.by_id.get_mut(&id) {
+            channel.look = Some(look);
+        }
+    }
+
     pub(super) fn has_transforms(&self) -> bool {
         self.of_kind(|kind| kind.is_transforms()).next().is_some()
     }
@@ -260,6 +281,8 @@ pub(super) struct Topics {
     pub(super) color_info: Option<String>,
     pub(super) confidence: Option<String>,
     pub(super) odometry: Option<String>,
+    /// What else there is of cameras and is not read.
+    pub(super) unread: Vec<String>,
 }
 
 impl Topics {
@@ -275,12 +298,14 @@ impl Topics {
         let color = image("color_topic", &config.color_topic)?.or_else(|| find_color(channels, &depth));
         let depth_info =
             info("depth_info_topic", &config.depth_info_topic)?.or_else(|| sibling_info(channels, &depth));
-        if depth_info.is_none() && channels.of_kind(Kind::is_calibration).next().is_none() {
-            return Err(missing(path, "calibration", "depth_info_topic", channels));
+        let is_stated = config.camera_matrix != [0.0; 9];
+        if depth_info.is_none() && !is_stated && channels.of_kind(Kind::is_calibration).next().is_none() {
+            return Err(missing(path, "calibration", "depth_info_topic` or `camera_matrix", channels));
         }
         let color_info = info("color_info_topic", &config.color_info_topic)?
             .or_else(|| color.as_ref().and_then(|color| sibling_info(channels, color)));
         Ok(Self {
+            unread: unread(channels, &depth, color.as_deref(), config),
             depth,
             depth_info,
             color,
@@ -313,63 +338,4 @@ pub(super) fn missing(path: &Path, what: &str, key: &str, channels: &Channels) -
         channels.listing()
     );
     Error::Format { path: path.into(), reason }
-}
-
-/// Raw images before packed ones, those aligned to colour before others, then by name.
-pub(super) fn find_depth(channels: &Channels) -> Option<String> {
-    let rank = |channel: &Channel| {
-        let packed = !channel.kind.is_some_and(Kind::is_raw_image);
-        let lossy = packed && !channel.topic.contains("compressedDepth");
-        (!channel.topic.contains("aligned_depth_to_color"), packed, lossy)
-    };
-    let named = |channel: &&Channel| {
-        // Image transports may offer `compressedDepth` of colour too.
-        let topic = channel.topic.to_lowercase();
-        let camera = topic.trim_end_matches("/compresseddepth");
-        camera.contains("depth") && !camera.contains("confidence")
-    };
-    let found = channels.of_kind(Kind::is_image).filter(named);
-    found.min_by_key(|channel| (rank(channel), channel.topic.clone())).map(|channel| channel.topic.clone())
-}
-
-/// How many names two topics have in common from the root of the tree of names.
-pub(super) fn shared_names(a: &str, b: &str) -> usize {
-    a.split('/').zip(b.split('/')).take_while(|(a, b)| a == b).count()
-}
-
-/// Topics that say colour before those that merely say image, nearest in the tree of names to depth,
-/// raw images before packed ones.
-fn find_color(channels: &Channels, depth: &str) -> Option<String> {
-    let named = |channel: &&Channel| {
-        let topic = channel.topic.to_lowercase();
-        ["color", "colour", "rgb", "image"].iter().any(|word| topic.contains(word))
-            && !["depth", "infra", "confidence"].iter().any(|word| topic.contains(word))
-    };
-    let rank = |channel: &Channel| {
-        let topic = channel.topic.to_lowercase();
-        let vague = !["color", "colour", "rgb"].iter().any(|word| topic.contains(word));
-        (
-            vague,
-            usize::MAX - shared_names(&channel.topic, depth),
-            !channel.kind.is_some_and(Kind::is_raw_image),
-        )
-    };
-    let found = channels.of_kind(Kind::is_image).filter(named);
-    found.min_by_key(|channel| (rank(channel), channel.topic.clone())).map(|channel| channel.topic.clone())
-}
-
-/// `camera_info` in the namespace of an image topic (`/ns/image_raw`, `/ns/image_raw/compressed`), or
-/// `info/camera_info` there, as the RealSense SDK has it (`/ns/image/data`).
-fn sibling_info(channels: &Channels, image: &str) -> Option<String> {
-    let mut namespace = image;
-    for _ in 0..2 {
-        namespace = namespace.rsplit_once('/')?.0;
-        for name in ["camera_info", "info/camera_info"] {
-            let wanted = format!("{namespace}/{name}");
-            if channels.of_kind(Kind::is_calibration).any(|channel| channel.topic == wanted) {
-                return Some(wanted);
-            }
-        }
-    }
-    None
 }

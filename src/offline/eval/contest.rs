@@ -137,6 +137,7 @@ fn plain(frame: &RgbdFrame) -> RgbdFrame {
         depth: frame.depth.clone(),
         color: None,
         color_from_depth: None,
+        color_missing: None,
         confidence: frame.confidence.clone(),
         pose: frame.pose,
     }

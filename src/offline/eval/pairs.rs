@@ -108,6 +108,7 @@ impl Pair {
             depth: DepthImage { stamp_ns: 0, frame_id: "camera".into(), camera, samples },
             color: Some(ColorImage { stamp_ns: 0, camera, rgb: color }),
             color_from_depth: Some(Rigid::IDENTITY),
+            color_missing: None,
             confidence: None,
             // Reliability needs no pose, and the map of a single pair is not looked at.
             pose: Some(FramePose { map_from_base: Rigid::IDENTITY, base_from_camera: Rigid::IDENTITY }),

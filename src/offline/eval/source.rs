@@ -78,6 +78,7 @@ pub fn recorded(frame: SimFrame, camera: CameraModel) -> RgbdFrame {
         depth: DepthImage { stamp_ns, frame_id: "camera".into(), camera, samples },
         color: Some(ColorImage { stamp_ns, camera, rgb }),
         color_from_depth: Some(Rigid::IDENTITY),
+        color_missing: None,
         confidence: None,
         pose: Some(pose),
     }

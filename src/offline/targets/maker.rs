@@ -70,6 +70,7 @@ impl Maker {
             color_aligned: info.color_aligned,
             confidence: info.confidence,
             drm: None,
+            depth_alone: false,
             images: true,
             layers: false,
             map: Arc::new(MapJob::of_camera(&config, config.cells_per_side()?)),

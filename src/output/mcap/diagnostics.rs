@@ -175,6 +175,7 @@ fn ground_values(ground: &Ground) -> Vec<KeyValue> {
 
 fn camera_values(camera: &CameraUpdate) -> Vec<KeyValue> {
     let mut values = vec![pair("low_reliability_fraction", camera.low_reliability_fraction.to_string())];
+    values.extend(camera.depth_alone.iter().map(|reason| pair("depth_alone", reason.clone())));
     if let Ok(serde_json::Value::Object(counters)) = serde_json::to_value(camera.counters) {
         values.extend(counters.iter().map(|(key, value)| pair(key, value.to_string())));
     }

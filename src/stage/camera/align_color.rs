@@ -3,11 +3,11 @@
 use std::borrow::Cow;
 use std::sync::Arc;
 
-use crate::base::{Refused, Result};
+use crate::base::Result;
 use crate::gpu::{FrameInput, Invocations, Plan, ShaderSource};
-use crate::sensor::{CameraModel, Observation};
+use crate::sensor::CameraModel;
+use crate::stage::camera::color::usable_color;
 use crate::stage::camera::ingest::aligned_for_upload;
-use crate::stage::camera::register_color::{check_color_size, color_of};
 use crate::stage::{CameraJob, Moment, Stage};
 
 /// The pass.
@@ -46,18 +46,8 @@ impl Stage for AlignColor {
         plan.step(ALIGN_COLOR, Invocations::line(job.pixel_words()), &[])
     }
 
-    fn check(&self, observation: &Observation) -> std::result::Result<(), Refused> {
-        let Some(frame) = observation.frame() else { return Ok(()) };
-        check_color_size(frame, &self.camera)?;
-        if color_of(frame).is_some() && !frame.color_is_aligned() {
-            let reason = "leaves the depth grid on which it was when the recording began".into();
-            return Err(Refused::Image { what: "colour", reason });
-        }
-        Ok(())
-    }
-
     fn write(&self, moment: &Moment<'_>, input: &mut FrameInput<'_>) -> Result<()> {
-        let color = color_of(moment.frame()?);
+        let color = usable_color(&self.job, moment.frame()?).ok();
         let (words, present) = (self.job.pixel_words(), u32::from(color.is_some()));
         input.set("align_color_params", &AlignColorParams { words, present, pad0: 0, pad1: 0 })?;
         match color {

@@ -3,10 +3,13 @@
 use std::sync::Arc;
 
 use crate::base::{Refused, Result};
+use crate::config::{Config, Method};
 use crate::gpu::{FrameInput, Invocations, Plan, ShaderText};
 use crate::network::weights::{NATIVE_SIZE, Network};
 use crate::network::{Backend, INPUT, Kernel, OUTPUT, Passes};
-use crate::sensor::{Observation, RgbdFrame};
+use crate::sensor::Observation;
+use crate::stage::camera::color::usable_color;
+use crate::stage::camera::ingest::depth_range_m;
 use crate::stage::{CameraJob, Moment, Stage, single};
 
 crate::params! {
@@ -37,6 +40,36 @@ impl ResizeParams {
         let follows = since_last_s.is_some_and(|gap_s| gap_s > 0.0 && gap_s <= MOST_GAP_S);
         let per_metre = single(1.0 / scale_m);
         Self { per_metre, change_per_metre: if follows { per_metre } else { 0.0 }, pad1: 0, pad2: 0 }
+    }
+}
+
+crate::params! {
+    /// Parameters of `restore`.
+    pub struct RestoreParams {
+        /// 1: the frame has no usable colour, and depth counts by its range alone.
+        pub alone: u32,
+        /// Smallest depth of that range.
+        pub nearest_m: f32,
+        /// Largest depth of that range.
+        pub farthest_m: f32,
+        /// Unused.
+        pub pad: u32,
+    }
+}
+
+/// A depth that lies on a limit may be rounded up on its way to the shader.
+const ROUNDING: f64 = 1.0 + 1e-6;
+
+impl RestoreParams {
+    /// `alone`: the frame has no usable colour, so that its depth counts as method range has it.
+    pub fn new(config: &Config, alone: bool) -> Self {
+        let (nearest_m, farthest_m) = depth_range_m(&Config { method: Method::Range, ..config.clone() });
+        Self {
+            alone: u32::from(alone),
+            nearest_m: single(nearest_m / ROUNDING),
+            farthest_m: single(farthest_m * ROUNDING),
+            pad: 0,
+        }
     }
 }
 
@@ -116,22 +149,24 @@ impl Stage for DrmNet {
         let (resize, invocations) = resize(native, Self::size(), *backend);
         plan.step(resize, invocations, &[("sink", INPUT)])?;
         passes.append(plan)?;
+        plan.uniform::<RestoreParams>("restore_params")?;
         let (restore, invocations) = restore(native, Self::size(), *backend);
         plan.step(restore, invocations, &[("reliability_low", OUTPUT)])
     }
 
     fn check(&self, observation: &Observation) -> std::result::Result<(), Refused> {
-        let placed = |frame: &RgbdFrame| frame.color.is_some() && frame.color_from_depth.is_some();
-        if observation.frame().is_some_and(placed) {
-            return Ok(());
-        }
+        let Some(frame) = observation.frame().filter(|_| !self.job.depth_alone) else { return Ok(()) };
         // Black in place of colour would be a scene of its own to the network.
-        let reason = "is missing, or its place relative to depth is; method drm needs it".into();
-        Err(Refused::Image { what: "colour", reason })
+        usable_color(&self.job, frame).map(drop).map_err(|reason| {
+            let reason = format!("cannot be used, and method drm needs it: {reason}");
+            Refused::Image { what: "colour", reason }
+        })
     }
 
     fn write(&self, moment: &Moment<'_>, input: &mut FrameInput<'_>) -> Result<()> {
         let since_last_s = moment.since_last_s.filter(|_| moment.follows);
-        input.set("resize_params", &ResizeParams::new(self.drm.network.depth_scale_m, since_last_s))
+        input.set("resize_params", &ResizeParams::new(self.drm.network.depth_scale_m, since_last_s))?;
+        let alone = usable_color(&self.job, moment.frame()?).is_err();
+        input.set("restore_params", &RestoreParams::new(&self.job.config, alone))
     }
 }

@@ -2,6 +2,7 @@
 
 pub mod align_color;
 pub mod back_project;
+pub(crate) mod color;
 pub mod drm;
 pub mod ingest;
 pub mod pane_clip;

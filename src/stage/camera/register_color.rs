@@ -5,9 +5,10 @@ use std::sync::Arc;
 
 use glam::{Vec2, Vec4};
 
-use crate::base::{Refused, Result, Rigid};
+use crate::base::{Result, Rigid};
 use crate::gpu::{FrameInput, Invocations, Plan, ShaderSource};
-use crate::sensor::{CameraModel, ColorImage, Observation, RgbdFrame};
+use crate::sensor::CameraModel;
+use crate::stage::camera::color::usable_color;
 use crate::stage::camera::ingest::aligned_for_upload;
 use crate::stage::camera::see_through::{lens, pinhole};
 use crate::stage::{CameraJob, Moment, Stage, rows};
@@ -30,7 +31,7 @@ crate::params! {
         pub color_from_depth_y: Vec4,
         /// Third row.
         pub color_from_depth_z: Vec4,
-        /// Colour lens: k1, k2, p1, p2.
+        /// Colour lens: k1, k2, p1, p2; of a fisheye lens k1 to k4.
         pub lens_a: Vec4,
         /// k3, k4, k5, k6.
         pub lens_b: Vec4,
@@ -66,43 +67,19 @@ pub struct RegisterColor {
     pub camera: CameraModel,
 }
 
-/// The frame's colour image; `None` where there is none, or where its place is unknown: it is not shown in a made-up one.
-pub(super) fn color_of(frame: &RgbdFrame) -> Option<&ColorImage> {
-    frame.color.as_ref().filter(|_| frame.color_from_depth.is_some())
-}
-
-/// Whether the frame's colour has the size of `first`, the camera that the passes were built for.
-///
-/// # Errors
-/// [`Refused::Image`] for another size.
-pub(super) fn check_color_size(frame: &RgbdFrame, first: &CameraModel) -> std::result::Result<(), Refused> {
-    let Some(now) = color_of(frame).map(|color| color.camera) else { return Ok(()) };
-    if (now.width, now.height) == (first.width, first.height) {
-        return Ok(());
-    }
-    let reason = format!(
-        "{}x{} where the recording began with {}x{}",
-        now.width, now.height, first.width, first.height
-    );
-    Err(Refused::Image { what: "colour", reason })
-}
-
 impl Stage for RegisterColor {
     fn append(&self, plan: &mut Plan) -> Result<()> {
         let job = &*self.job;
         plan.uniform::<RegisterColorParams>("register_color_params")?;
         plan.upload("color_raw", u64::from(self.camera.width) * u64::from(self.camera.height) * 3)?;
         plan.product("color", job.image_bytes(4))?;
-        plan.step(REGISTER_COLOR, Invocations::line(job.pixels()), &[])
-    }
-
-    fn check(&self, observation: &Observation) -> std::result::Result<(), Refused> {
-        observation.frame().map_or(Ok(()), |frame| check_color_size(frame, &self.camera))
+        plan.step(REGISTER_COLOR, Invocations::line(job.pixels()), &[])?;
+        plan.with(&[("fisheye", self.camera.distortion.is_fisheye())])
     }
 
     fn write(&self, moment: &Moment<'_>, input: &mut FrameInput<'_>) -> Result<()> {
         let job = &self.job;
-        let color = color_of(moment.frame()?);
+        let color = usable_color(job, moment.frame()?).ok();
         let camera = color.map_or(self.camera, |c| c.camera);
         let transform = moment.frame()?.color_from_depth.unwrap_or(Rigid::IDENTITY);
         let [x, y, z] = rows(transform);

@@ -74,7 +74,7 @@ crate::params! {
         pub camera_from_window_y: Vec4,
         /// Third row.
         pub camera_from_window_z: Vec4,
-        /// k1, k2, p1, p2.
+        /// k1, k2, p1, p2; of a fisheye lens k1 to k4.
         pub lens_a: Vec4,
         /// k3, k4, k5, k6.
         pub lens_b: Vec4,
@@ -124,9 +124,9 @@ fn tiles(camera: &CameraModel) -> [u32; 2] {
     [camera.width.div_ceil(TILE), camera.height.div_ceil(TILE)]
 }
 
-/// Coefficients as shaders take them: (k1, k2, p1, p2) and (k3, k4, k5, k6).
+/// Coefficients as shaders take them: (k1, k2, p1, p2) and (k3, k4, k5, k6); of a fisheye lens (k1, k2, k3, k4) and zeros.
 pub(crate) fn lens(camera: &CameraModel) -> [Vec4; 2] {
-    let [k1, k2, p1, p2, k3, k4, k5, k6] = camera.distortion.rational().map(single);
+    let [k1, k2, p1, p2, k3, k4, k5, k6] = camera.distortion.coefficients().map(single);
     [Vec4::new(k1, k2, p1, p2), Vec4::new(k3, k4, k5, k6)]
 }
 
@@ -143,7 +143,7 @@ pub fn field(camera: &CameraModel) -> [Vec2; 2] {
     let across = (0..=camera.width).map(|u| f64::from(u) - 0.5).flat_map(|u| [(u, 0.0), (u, bottom)]);
     let down = (0..camera.height).map(f64::from).flat_map(|v| [(-0.5, v), (right, v)]);
     let mut bounds = [Vec2::splat(f32::MAX), Vec2::splat(f32::MIN)];
-    for [x, y] in across.chain(down).filter_map(|(u, v)| camera.ray(u, v)) {
+    for [x, y] in across.chain(down).filter_map(|(u, v)| camera.ray_or_edge(u, v)) {
         let ray = Vec2::new(single(x), single(y));
         bounds = [bounds[0].min(ray), bounds[1].max(ray)];
     }
@@ -179,7 +179,7 @@ pub fn declare(plan: &mut Plan, job: &CameraJob, depth: &str) -> Result<()> {
     plan.step(TILES, Invocations::area(tiles_x, tiles_y), &[])?;
     plan.step(AROUND, Invocations::area(tiles_x, tiles_y), &[])?;
     plan.step(GATHER, Invocations::area(job.map.side, job.map.side), &[("depth_m", depth)])?;
-    plan.with(&[("weighted", job.weighted())])
+    plan.with(&[("weighted", job.weighted()), ("fisheye", job.depth.distortion.is_fisheye())])
 }
 
 impl Stage for SeeThrough {
