@@ -4,6 +4,7 @@
 #![allow(clippy::cast_possible_truncation, reason = "test data are small and known")]
 
 mod allocation;
+mod cameras;
 mod cli;
 mod cli_drm;
 mod config;

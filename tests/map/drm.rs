@@ -14,7 +14,7 @@ use crate::support::compare::{Tolerance, assert_close};
 use crate::support::gpu::context;
 use crate::support::gpu::skipped;
 use crate::support::random::Random;
-use crate::support::run::{all, step};
+use crate::support::run::{FrameOutput, all, step};
 use crate::support::scene::{Block, Scene, pose, small_camera};
 
 const WEIGHTS: &str = "testdata/reference/network.safetensors";
@@ -176,4 +176,63 @@ fn a_frame_without_colour_is_refused_and_the_map_stays() {
     let after = step(&mut pipeline, &frame(1));
     assert_eq!(after.counters.pixels, before.counters.pixels);
     assert!(after.counters.valid > 1000);
+}
+
+#[test]
+fn truth_auto_fuses_frames_without_usable_colour_as_range_does() {
+    if skipped() {
+        return;
+    }
+    let auto = Config { method: Method::Auto, ..config() };
+    let range = Config { method: Method::Range, ..config() };
+    let blind = |mut frame: RgbdFrame| {
+        (frame.color, frame.color_missing) = (None, Some("the lens cap is on".into()));
+        frame
+    };
+    let nowhere = |frame: RgbdFrame| RgbdFrame { color_from_depth: None, ..frame };
+    let other_size = |mut frame: RgbdFrame| {
+        let camera = &mut frame.color.as_mut().unwrap().camera;
+        (camera.width, camera.height) = (80, 240);
+        frame
+    };
+    let unusable: [(&dyn Fn(RgbdFrame) -> RgbdFrame, &str); 3] = [
+        (&blind, "the lens cap is on"),
+        (&nowhere, "its place relative to depth is unknown"),
+        (&other_size, "80x240 where the recording began"),
+    ];
+    let weights = |out: &FrameOutput| out.images.as_ref().unwrap().reliability.clone();
+    for (spoil, reason) in unusable {
+        let mut pipeline = Pipeline::open(&auto, &frame(0), &options(&frame(0))).unwrap();
+        let mut alone = Pipeline::open(&range, &frame(0), &all()).unwrap();
+        for index in 1..=9 {
+            let spoilt = spoil(frame(index));
+            let (got, want) = (step(&mut pipeline, &spoilt), step(&mut alone, &spoilt));
+            let why = got.depth_alone.clone().unwrap_or_default();
+            assert!(why.contains(reason), "{why}");
+            assert_eq!(got.costmap, want.costmap);
+            assert_eq!(got.counters.hit_cells, want.counters.hit_cells);
+            assert_eq!(weights(&got), weights(&want));
+            assert!(index < 9 || got.counters.occupied_cells > 20, "{:?}", got.counters);
+        }
+        // The next frame with colour is the network's again.
+        let next = step(&mut pipeline, &frame(10));
+        assert_eq!(next.depth_alone, None);
+        assert!(weights(&next).iter().any(|&r| r > 0.0 && r < 1.0));
+    }
+}
+
+#[test]
+fn truth_depth_alone_between_frames_leaves_the_network_what_it_saw() {
+    if skipped() {
+        return;
+    }
+    // The depth of a frame by itself is what the next frame's change is measured from.
+    let auto = Config { method: Method::Auto, ..config() };
+    let reliability = |color: bool| {
+        let mut pipeline = Pipeline::open(&auto, &frame(0), &options(&frame(0))).unwrap();
+        let first = if color { frame(0) } else { RgbdFrame { color: None, ..frame(0) } };
+        step(&mut pipeline, &first);
+        step(&mut pipeline, &frame(1)).images.unwrap().reliability
+    };
+    assert_eq!(reliability(true), reliability(false));
 }

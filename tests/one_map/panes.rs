@@ -81,7 +81,15 @@ fn frame(room: &GlassRoom, ms: u64) -> Observation {
     let frame_id = "camera".into();
     let image = DepthImage { stamp_ns: at_ms(ms), frame_id, camera: depth, samples };
     let (color, color_from_depth, confidence) = (None, None, None);
-    let frame = RgbdFrame { index: ms, depth: image, color, color_from_depth, confidence, pose: None };
+    let frame = RgbdFrame {
+        index: ms,
+        depth: image,
+        color,
+        color_from_depth,
+        color_missing: None,
+        confidence,
+        pose: None,
+    };
     Observation { pose: Some(pose), ..Observation::of_frame(CAMERA, "map", frame) }
 }
 

@@ -93,7 +93,15 @@ pub(crate) fn of_samples(
     let frame_id = "camera".into();
     let image = DepthImage { stamp_ns: at_ms(ms), frame_id, camera: depth, samples };
     let (color, color_from_depth, confidence) = (None, None, None);
-    let frame = RgbdFrame { index: ms, depth: image, color, color_from_depth, confidence, pose: None };
+    let frame = RgbdFrame {
+        index: ms,
+        depth: image,
+        color,
+        color_from_depth,
+        color_missing: None,
+        confidence,
+        pose: None,
+    };
     Observation { pose: Some(standing(mount)), ..Observation::of_frame(sensor, "map", frame) }
 }
 

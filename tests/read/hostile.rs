@@ -81,6 +81,22 @@ proptest! {
     }
 
     #[test]
+    fn random_rvl_gives_all_its_pixels_or_none(
+        size in prop::array::uniform2(0_u32..24),
+        word in any::<u32>(),
+        code in vec(any::<u8>(), 0..200),
+    ) {
+        let header = [0_u8; 12].into_iter();
+        let sized = header.clone().chain(size.into_iter().flat_map(u32::to_le_bytes)).chain(code.clone());
+        let claimed = header.chain(word.to_le_bytes()).chain(word.rotate_left(7).to_le_bytes()).chain(code);
+        for payload in [sized.collect::<Vec<_>>(), claimed.collect()] {
+            if let Ok(depth) = depth_from_compressed("16UC1; compressedDepth rvl", &payload, 0.001) {
+                prop_assert_eq!(depth.samples.len(), depth.width as usize * depth.height as usize);
+            }
+        }
+    }
+
+    #[test]
     fn random_raw_images_do_not_panic(
         size in any::<[u32; 3]>(),
         small in any::<[bool; 3]>(),

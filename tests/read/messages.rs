@@ -141,7 +141,14 @@ fn quantised_inverse_depth_is_unpacked() {
 fn depth_that_cannot_be_read_says_why() {
     let eight_bits = file(DynamicImage::new_luma8(4, 3), ImageFormat::Png);
     for (format, payload, part) in [
-        ("16UC1; compressedDepth rvl", vec![0; 40], "RVL"),
+        ("16UC1; compressedDepth rvl", vec![0; 40], "RVL image: its size is 0x0"),
+        ("16UC1; compressedDepth rvl", vec![0; 19], "ends within its size"),
+        ("16UC1; compressedDepth rvl", rvl(9000, 1, &[]), "its size is 9000x1"),
+        ("16UC1; compressedDepth rvl", rvl(8192, 8192, &[]), "its size is 8192x8192"),
+        ("16UC1; compressedDepth rvl", rvl(4, 3, &[]), "after 0 of 12 pixels"),
+        ("16UC1; compressedDepth rvl", rvl(4, 3, &[0x5000_0000]), "after 5 of 12 pixels"),
+        ("16UC1; compressedDepth rvl", rvl(4, 3, &[0xd100_0000]), "a run of 13 pixels after 0"),
+        ("16UC1; compressedDepth rvl", rvl(4, 3, &[0xffff_ffff; 9]), "a number that is none"),
         ("16UC1; compressedDepth png", vec![0; 11], "header of 12 bytes"),
         ("16UC1; compressedDepth png", vec![0; 40], "neither JPEG nor PNG"),
         ("png", eight_bits, "16-bit grey"),
@@ -150,6 +157,41 @@ fn depth_that_cannot_be_read_says_why() {
         let error = depth_from_compressed(format, &payload, 0.001).unwrap_err().to_string();
         assert!(error.contains(part), "{error}");
     }
+}
+
+/// A `compressedDepth` payload of RVL code: eight nibbles a word, the first the highest.
+fn rvl(width: u32, height: u32, words: &[u32]) -> Vec<u8> {
+    let code = words.iter().flat_map(|word| word.to_le_bytes());
+    [0; 12].into_iter().chain(width.to_le_bytes()).chain(height.to_le_bytes()).chain(code).collect()
+}
+
+#[test]
+fn truth_rvl_is_read_by_hand() {
+    // 4x3: 3 zeros, then 700, 701, 698, 65535; 4 zeros, then 1. A nibble has three bits of a number, the lowest first, and
+    // says in its highest bit whether more follow; differences carry their sign in the lowest bit.
+    // Runs 3 and 4; +700 = 1400 = 0o2570: 8+0, 8+7, 8+5, 2; +1 = 2; -3 = 5; 64837 = 129674 = 0o375212: 8+2, 8+1, 8+2, 8+5, 8+7, 3;
+    // runs 4 and 1; 1 - 65535 = -65534 = 131067 = 0o377773: 8+3, 8+7, 8+7, 8+7, 8+7, 3.
+    let words = [0x348f_d225, 0xa9ad_f341, 0xbfff_f300];
+    let decoded = depth_from_compressed("16UC1; compressedDepth rvl", &rvl(4, 3, &words), 0.001).unwrap();
+    let want = vec![0, 0, 0, 700, 701, 698, 65535, 0, 0, 0, 0, 1];
+    assert_eq!(decoded.samples, DepthSamples::Integer { raw: want, unit_m: 0.001 });
+    assert_eq!((decoded.width, decoded.height), (4, 3));
+    // Only zeros take two nibbles: 12 = 0o14.
+    let zeros =
+        depth_from_compressed("16uc1; compresseddepth RVL", &rvl(4, 3, &[0xc100_0000]), 0.001).unwrap();
+    assert_eq!(zeros.samples, DepthSamples::Integer { raw: vec![0; 12], unit_m: 0.001 });
+}
+
+#[test]
+fn truth_rvl_of_inverse_depth_is_unpacked() {
+    let (a, b) = (2000.0_f32, -50.0_f32);
+    // 2x1: a hole, then 950 = 1900 = 0o3554: 8+4, 8+5, 8+5, 3.
+    let mut payload = rvl(2, 1, &[0x11cd_d300]);
+    payload[4..8].copy_from_slice(&a.to_le_bytes());
+    payload[8..12].copy_from_slice(&b.to_le_bytes());
+    let decoded = depth_from_compressed("32FC1; compressedDepth rvl", &payload, 0.001).unwrap();
+    let DepthSamples::Metres(depth_m) = decoded.samples else { panic!("metres are meant") };
+    assert!(depth_m[0].is_nan() && depth_m[1] == 2.0, "{depth_m:?}");
 }
 
 #[test]

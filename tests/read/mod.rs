@@ -3,6 +3,7 @@
 
 mod bag;
 mod containers;
+mod calibration;
 mod damaged;
 mod exr;
 mod hostile;

@@ -60,7 +60,7 @@ fn a_folder_with_faults_gives_its_good_frames() {
     let frame = &frames[1];
     assert_eq!(frame.depth.stamp_ns, 1_100_000_000);
     assert_eq!(frame.depth.samples, DepthSamples::Integer { raw: vec![2000; 12], unit_m: 0.0002 });
-    assert_eq!((frame.depth.camera.fy, frame.depth.camera.distortion.rational()[0]), (6.0, 0.1));
+    assert_eq!((frame.depth.camera.fy, frame.depth.camera.distortion.coefficients()[0]), (6.0, 0.1));
     assert_eq!(frame.color.as_ref().unwrap().rgb, [1, 2, 3].repeat(12));
     assert!(frames[0].color.is_none() && frames[2].color.is_none());
     // Half way between the two poses; the base stands under the camera and faces along the optical axis.

@@ -1,8 +1,9 @@
 //! The passes around the network: its input from depth and colour, and its output at the native size.
 
+use limpid::Config;
 use limpid::gpu::Invocations;
 use limpid::network::Backend;
-use limpid::stage::camera::drm::{ResizeParams, resize, restore};
+use limpid::stage::camera::drm::{ResizeParams, RestoreParams, resize, restore};
 
 use crate::reference;
 use crate::support::compare::{Tolerance, assert_close};
@@ -39,8 +40,15 @@ fn resized(
 }
 
 fn restored(native: [u32; 2], size: [u32; 2], low: &[f32], depth_m: &[f32]) -> Vec<f32> {
+    restored_as(false, native, size, low, depth_m)
+}
+
+/// `alone`: of a frame without usable colour.
+fn restored_as(alone: bool, native: [u32; 2], size: [u32; 2], low: &[f32], depth_m: &[f32]) -> Vec<f32> {
     let (text, invocations) = restore(native, size, BUFFERS);
-    let fragment = Fragment::new().input("reliability_low", low).input("depth_m", depth_m);
+    let params = RestoreParams::new(&Config::default(), alone);
+    let fragment = Fragment::new().params("restore_params", &params);
+    let fragment = fragment.input("reliability_low", low).input("depth_m", depth_m);
     fragment.output("reliability", depth_m.len()).run(text, invocations).floats("reliability")
 }
 
@@ -93,6 +101,20 @@ fn truth_a_ramp_stays_a_ramp_at_the_native_size() {
     let want: Vec<f32> =
         (0..288).map(|i| (((i % 24) as f32 + 0.5) / 3.0 - 0.5).clamp(0.0, 7.0) * 0.1).collect();
     assert_close("ramp", &got, &want, ROUNDING);
+}
+
+#[test]
+fn truth_without_colour_depth_counts_within_the_range_of_method_range() {
+    if skipped() {
+        return;
+    }
+    // From depth_min_m = 0.17 to range_gate_m = 5, limits included; what the network left does not matter.
+    let depth = [0.0, 0.1, 0.169, 0.17, 1.0, 4.999, 5.0, 5.01, 9.0, f32::MAX, 2.0, 3.0];
+    let low = [0.25, f32::NAN, f32::INFINITY, -1.0].repeat(4);
+    let got = restored_as(true, [3, 4], [4, 4], &low, &depth);
+    assert_eq!(got, [0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 1.0, 1.0]);
+    let weighed = restored([3, 4], [4, 4], &[0.25; 16], &depth);
+    assert_eq!(weighed[3..], [0.25; 9], "the control: with colour the network weighs");
 }
 
 /// Native sizes against sizes of the network: whole and broken ratios, both ways, rows that fill no word of four.
@@ -159,6 +181,7 @@ fn poison_stays_a_share() {
 fn nothing_to_do_is_refused() {
     let (text, _) = restore([8, 8], [4, 4], BUFFERS);
     let mut plan = limpid::gpu::Plan::default();
+    plan.uniform::<RestoreParams>("restore_params").unwrap();
     for name in ["reliability_low", "depth_m"] {
         plan.upload(name, 256).unwrap();
     }

@@ -26,7 +26,7 @@ struct View<'a> {
 impl View<'_> {
     fn params(&self) -> RegisterColorParams {
         let [x, y, z] = rows(self.color_from_depth);
-        let k = self.color_camera.distortion.rational().map(|k| k as f32);
+        let k = self.color_camera.distortion.coefficients().map(|k| k as f32);
         let CameraModel { fx, fy, cx, cy, .. } = self.color_camera;
         RegisterColorParams {
             color_from_depth_x: x,
@@ -51,6 +51,7 @@ impl View<'_> {
         let mut rgb = self.rgb.to_vec();
         rgb.resize(rgb.len().next_multiple_of(4), 0);
         Fragment::new()
+            .constants(&[("fisheye", self.color_camera.distortion.is_fisheye())])
             .params("register_color_params", &self.params())
             .input("depth_m", self.depth_m)
             .input("rays", &rays(&self.depth_camera))
@@ -121,7 +122,15 @@ fn twin_with_lenses_and_a_turned_camera() {
     if skipped() {
         return;
     }
-    let lens = Distortion::RationalPolynomial([0.2, -0.1, 1e-3, -5e-4, 0.02, 0.15, -0.05, 0.01]);
+    for lens in [
+        Distortion::RationalPolynomial([0.2, -0.1, 1e-3, -5e-4, 0.02, 0.15, -0.05, 0.01]),
+        Distortion::Fisheye([-0.03, 0.05, -0.02, 0.004]),
+    ] {
+        twin_with_lens(lens);
+    }
+}
+
+fn twin_with_lens(lens: Distortion) {
     let color =
         CameraModel { width: 97, height: 51, fx: 80.0, fy: 82.0, cx: 47.0, cy: 26.0, distortion: lens };
     let depth_camera =
@@ -147,7 +156,7 @@ fn twin_with_lenses_and_a_turned_camera() {
             Source::Nowhere => 0,
             Source::Doubtful => continue,
         };
-        assert_eq!(got, want, "pixel {i}");
+        assert_eq!(got, want, "pixel {i}, {lens:?}");
         (sure, seen) = (sure + 1, seen + u32::from(want != 0));
     }
     assert!(sure > 4750 && seen > 2000 && seen < sure, "{sure} sure, {seen} seen");

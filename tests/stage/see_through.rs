@@ -47,7 +47,7 @@ impl View {
 
     fn params(&self) -> SeeThroughGatherParams {
         let [x, y, z] = rows(self.window_from_camera.inverse());
-        let k = self.camera.distortion.rational().map(|k| k as f32);
+        let k = self.camera.distortion.coefficients().map(|k| k as f32);
         let [field_min, field_max] = field(&self.camera);
         let CameraModel { fx, fy, cx, cy, .. } = self.camera;
         SeeThroughGatherParams {
@@ -86,6 +86,7 @@ impl View {
         let cells = self.side() * self.side();
         let steps = self.top_m.map_or(0, |top| ((top - self.config.height_min_m) * 65536.0) as u32 + 2);
         Fragment::new()
+            .constants(&[("fisheye", self.camera.distortion.is_fisheye())])
             .params("see_through_gather_params", &self.params())
             .input("ground_now", &stated_now(0.0))
             .input("depth_m", &self.depth_m)
@@ -176,12 +177,20 @@ fn truth_brute_force_over_all_rays() {
     }
     let lens =
         CameraModel { distortion: Distortion::PlumbBob([0.1, -0.05, 1e-3, 2e-3, 0.01]), ..small_camera() };
+    // 124 degrees wide.
+    let fisheye = CameraModel {
+        fx: 74.0,
+        fy: 74.0,
+        distortion: Distortion::Fisheye([0.02, -0.01, 0.004, -0.001]),
+        ..small_camera()
+    };
     let mut totals = [0; 4];
     for (camera, yaw, height_m, pitch) in [
         (small_camera(), 0.0, 0.6, 0.2),
         (small_camera(), 2.4, 1.4, 0.7),
         (small_camera(), -0.3, 0.3, 0.0),
         (lens, 0.4, 0.6, 0.3),
+        (fisheye, 0.2, 0.6, 0.3),
     ] {
         let counts = View::of(&room(), camera, yaw, height_m, pitch).disagreement();
         println!("yaw {yaw}: {counts:?} (away from borders, in all, too much, seen through)");

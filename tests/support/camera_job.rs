@@ -41,6 +41,7 @@ pub(crate) fn job(config: &Config, depth: CameraModel) -> CameraJob {
         color_aligned: false,
         confidence: false,
         drm: None,
+        depth_alone: false,
         images: false,
         layers: true,
     }

@@ -41,6 +41,7 @@ pub(crate) struct FrameOutput {
     pub(crate) counters: Counters,
     pub(crate) low_reliability_fraction: f64,
     pub(crate) degraded: bool,
+    pub(crate) depth_alone: Option<String>,
     pub(crate) images: Option<FrameImages>,
     pub(crate) layers: Option<FrameLayers>,
 }
@@ -59,6 +60,7 @@ impl From<Update> for FrameOutput {
             counters: camera.counters,
             low_reliability_fraction: camera.low_reliability_fraction,
             degraded: camera.degraded,
+            depth_alone: camera.depth_alone,
             images: camera.images,
             layers: camera.layers,
         }

@@ -57,7 +57,15 @@ pub(crate) fn frame(samples: DepthSamples) -> RgbdFrame {
     let mut camera = drive::camera();
     (camera.width, camera.height) = (3, 2);
     let depth = DepthImage { stamp_ns: DEPTH_STAMP_NS, frame_id: "optical".into(), camera, samples };
-    RgbdFrame { index: 12, depth, color: None, color_from_depth: None, confidence: None, pose: None }
+    RgbdFrame {
+        index: 12,
+        depth,
+        color: None,
+        color_from_depth: None,
+        color_missing: None,
+        confidence: None,
+        pose: None,
+    }
 }
 
 /// What a frame came as.
@@ -86,6 +94,7 @@ pub(crate) fn output() -> Update {
         counters: Counters { pixels: 6, valid: 4, low_reliability: 3, hits: 2, ..Counters::default() },
         low_reliability_fraction: 0.5,
         degraded: false,
+        depth_alone: None,
         images: Some(FrameImages {
             width: 3,
             height: 2,

@@ -95,5 +95,13 @@ pub(crate) fn frame(
 ) -> RgbdFrame {
     let stamp_ns = 1_700_000_000_000_000_000 + index * 33_333_333;
     let depth = DepthImage { stamp_ns, frame_id: "camera".into(), camera, samples };
-    RgbdFrame { index, depth, color: None, color_from_depth: None, confidence: None, pose }
+    RgbdFrame {
+        index,
+        depth,
+        color: None,
+        color_from_depth: None,
+        color_missing: None,
+        confidence: None,
+        pose,
+    }
 }
