@@ -14,7 +14,7 @@ use crate::map::{GroundRun, Update};
 use crate::mapper::{Mapper, Options, SensorInfo, Submitted};
 use crate::output::Sink;
 pub use crate::run::mount::{Mistake, MountHint};
-use crate::sensor::{DepthSpread, Observation, SensorKind, SensorModel};
+use crate::sensor::{DepthSpread, Observation};
 
 /// What a run did with one sensor.
 #[derive(Debug, Clone, Default, PartialEq)]

@@ -2,8 +2,8 @@
 #![expect(clippy::unwrap_used, reason = "tests end on what they did not expect")]
 
 mod bag;
-mod containers;
 mod calibration;
+mod containers;
 mod damaged;
 mod exr;
 mod hostile;
