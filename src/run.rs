@@ -5,6 +5,7 @@ mod notes;
 
 use std::collections::{BTreeMap, VecDeque};
 use std::ops::Range;
+use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use crate::base::{Error, Result, duration_ns};
@@ -12,7 +13,7 @@ use crate::config::Config;
 use crate::input::{Source, SourceReport};
 use crate::map::{GroundRun, Update};
 use crate::mapper::{Mapper, Options, SensorInfo, Submitted};
-use crate::output::Sink;
+use crate::output::{End, Sink};
 pub use crate::run::mount::{Mistake, MountHint};
 use crate::sensor::{DepthSpread, Observation};
 
@@ -94,6 +95,10 @@ pub struct RunReport {
     latest: Option<usize>,
     /// What the source met.
     pub read: SourceReport,
+    /// Whether the user stopped the source before its end.
+    pub stopped: bool,
+    /// Of a run that was stopped: the files that hold what was written.
+    pub kept: Vec<PathBuf>,
 }
 
 impl RunReport {
@@ -129,10 +134,12 @@ impl RunReport {
 /// Runs the observations numbered in `range` (each sensor's own numbers) of `source` through a mapper and gives every
 /// result to all `sinks`, in order; `progress` is called after each.
 ///
-/// Whatever ends the run, results that were under way are written and the sinks are finished first.
+/// Whatever ends the run, results that were under way are written first. The sinks are finished where the source came to its
+/// end and something was used, else abandoned.
 ///
 /// # Errors
-/// [`Error::Empty`] where no observation could be used; errors of the source, the GPU and the sinks.
+/// [`Error::Empty`] where no observation could be used; errors of the source, the GPU and the sinks; all of them in
+/// [`Error::Partial`] where a sink has kept results.
 ///
 /// # Examples
 /// ```
@@ -160,23 +167,43 @@ pub fn run(
     let mut run =
         Run { source, range, sinks, progress, under_way: VecDeque::new(), unpublished: false, report };
     let outcome = run.all(config, options);
-    let mut finished = Ok(());
-    for sink in run.sinks.iter_mut() {
-        finished = finished.and(sink.finish());
-    }
     run.report.read = run.source.report();
     let sensors = run.report.sensors.iter().zip(run.source.sensors());
     run.report.warnings = sensors.filter_map(|(of, sensor)| of.warning(sensor)).collect();
     let spreads = run.source.sensors().iter().zip(&run.report.sensors);
     let odd: Vec<_> = spreads.filter_map(|(sensor, run)| notes::depth(sensor, &run.depth)).collect();
     run.report.notes.extend(odd);
-    outcome.and(finished)?;
-    if run.report.taken() == 0 {
-        let models = run.source.sensors().iter().map(|sensor| sensor.model.kind());
-        let reason = notes::nothing_used(&run.report, &models.collect::<Vec<_>>());
-        return Err(Error::Empty { reason });
+    run.report.stopped = run.source.was_stopped();
+    let outcome = match outcome {
+        Ok(()) if run.report.taken() == 0 => Err(notes::nothing_used(&run.report, run.source.sensors())),
+        outcome => outcome,
+    };
+    let mut report = run.report;
+    match outcome {
+        Ok(()) if report.stopped => report.kept = abandon(sinks, End::Stopped)?,
+        Ok(()) => finish(sinks)?,
+        Err(cause) => {
+            // What cannot be closed after a failure is not told: the failure is.
+            let kept = abandon(sinks, End::Failed).unwrap_or_default();
+            return Err(if kept.is_empty() {
+                cause
+            } else {
+                Error::Partial { cause: Box::new(cause), kept }
+            });
+        }
     }
-    Ok(run.report)
+    Ok(report)
+}
+
+/// Finishes all sinks; the first error.
+fn finish(sinks: &mut [Box<dyn Sink>]) -> Result<()> {
+    sinks.iter_mut().map(|sink| sink.finish()).fold(Ok(()), Result::and)
+}
+
+/// Abandons all sinks: the files that they keep, or the first error.
+fn abandon(sinks: &mut [Box<dyn Sink>], end: End) -> Result<Vec<PathBuf>> {
+    let kept: Vec<_> = sinks.iter_mut().map(|sink| sink.abandon(end)).collect();
+    kept.into_iter().filter_map(Result::transpose).collect()
 }
 
 /// When the map of several sensors is published: with the first observation, and then with the first after each period.
@@ -216,12 +243,16 @@ pub fn run_to(
 ) -> Result<(Mapper, Update)> {
     let mut mapper = Mapper::open(config, source.sensors(), options)?;
     let (mut rhythm, mut last, mut unpublished) = (Rhythm::of(config), None, false);
+    let mut refused = Vec::new();
     while let Some(observation) = source.next()? {
         let is_after = |last: &Update| map.is_some_and(|map| last.index >= map);
         if last.as_ref().is_some_and(is_after) {
             break;
         }
-        if matches!(mapper.submit(&observation)?, Submitted::Refused(_)) {
+        if let Submitted::Refused(reason) = mapper.submit(&observation)? {
+            if reason != Refused::NoPose && refused.is_empty() {
+                refused.push(format!("{} {}: {reason}", kind(&observation), observation.index()));
+            }
             continue;
         }
         unpublished = !rhythm.is_due(&mapper);
@@ -233,7 +264,8 @@ pub fn run_to(
     if unpublished && map.is_none() && mapper.publish(None)? {
         last = newest(&mut mapper)?.or(last);
     }
-    last.map(|last| (mapper, last)).ok_or_else(|| Error::Empty { reason: "no map was made".into() })
+    let nothing = || source.report().nothing_used(source.sensors(), refused);
+    last.map(|last| (mapper, last)).ok_or_else(nothing)
 }
 
 /// The last map of what is under way.

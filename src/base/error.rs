@@ -47,6 +47,22 @@ pub enum Error {
         /// What is wrong with its content or its use.
         reason: String,
     },
+    /// An output that would be written over an input, or over another output; nothing was written.
+    #[error("{path}: {reason}", path = path.display())]
+    Output {
+        /// The output.
+        path: PathBuf,
+        /// What it also is.
+        reason: String,
+    },
+    /// A run failed after it had written results.
+    #[error("{cause} (what was written before that is in {})", list(kept))]
+    Partial {
+        /// Why it failed.
+        cause: Box<Error>,
+        /// The files that hold its results so far.
+        kept: Vec<PathBuf>,
+    },
     /// A message, image or field of a recording does not decode.
     #[error("{what}: {reason}")]
     Decode {
@@ -126,8 +142,8 @@ pub enum Error {
         /// What is wrong with it.
         reason: String,
     },
-    /// A recording gave no frame that could be used.
-    #[error("the recording gave no usable frame: {reason}")]
+    /// A recording gave nothing that could be used.
+    #[error("nothing of the recording could be used: {reason}")]
     Empty {
         /// What was met instead.
         reason: String,
@@ -140,6 +156,10 @@ pub enum Error {
         /// What was expected and what came.
         reason: String,
     },
+}
+
+fn list(paths: &[PathBuf]) -> String {
+    paths.iter().map(|path| path.display().to_string()).collect::<Vec<_>>().join(", ")
 }
 
 impl Error {

@@ -32,6 +32,8 @@ const FRAMES: usize = 100;
 
 pub(crate) fn execute(arguments: &BenchArguments) -> Result<()> {
     let config = arguments.common.config()?;
+    let paths = arguments.common.paths(&arguments.input, &config);
+    paths.may_write("--json", arguments.json.as_deref()).check()?;
     let mut source = open_source(&arguments.input, &config)?;
     let sensors = source.sensors().to_vec();
     let frames = observations(source.as_mut(), FRAMES.min(arguments.samples))?;

@@ -1,16 +1,18 @@
 //! `limpid demo`.
 
 use std::path::{Path, PathBuf};
+use std::process::ExitCode;
 
 use clap::Args;
 use limpid::input::open_source;
 use limpid::mapper::Options;
 use limpid::offline::bench::{bench, observations};
 use limpid::offline::eval::{Generated, contestants, evaluate, picture};
+use limpid::output::save_file;
 use limpid::sim::Scene;
 use limpid::{Config, Error, Result};
 
-use super::run::{Outputs, print_report, run_with_progress, save_last};
+use super::run::{Outputs, end_of, print_report, run_with_progress, save_last};
 use super::save;
 
 /// The recording that `testdata/README.md` describes.
@@ -32,12 +34,12 @@ pub(crate) struct DemoArguments {
     adapter: Option<String>,
 }
 
-pub(crate) fn execute(arguments: &DemoArguments) -> Result<()> {
+pub(crate) fn execute(arguments: &DemoArguments) -> Result<ExitCode> {
     let dir = &arguments.output;
     std::fs::create_dir_all(dir).map_err(Error::file(dir))?;
     let [input, mcap, png, timing, map] =
         ["room.mcap", "costmap.mcap", "pictures", "timing.md", "map"].map(|name| dir.join(name));
-    std::fs::write(&input, ROOM).map_err(Error::file(&input))?;
+    save_file(&input, ROOM)?;
     let config = Config::default();
     let adapter = arguments.adapter.clone();
     let options = Options { adapter, images: true, verdicts: true, ..Options::default() };
@@ -45,6 +47,9 @@ pub(crate) fn execute(arguments: &DemoArguments) -> Result<()> {
     let mut room = open_source(&input, &config)?;
     let report = run_with_progress(room.as_mut(), 0..u64::MAX, &config, &options, &outputs)?;
     print_report(&report);
+    if report.stopped {
+        return Ok(end_of(&report));
+    }
     if let Some(last) = report.last() {
         save_last(&map, last)?;
     }
@@ -66,7 +71,7 @@ pub(crate) fn execute(arguments: &DemoArguments) -> Result<()> {
         "glare       {}  (a simulated corridor with a polished floor: maps without and with reliability, and the truth)",
         glare.display()
     );
-    Ok(())
+    Ok(ExitCode::SUCCESS)
 }
 
 /// Drives along a simulated corridor with strong glare and draws what methods make of it beside the truth.

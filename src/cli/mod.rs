@@ -1,25 +1,34 @@
 //! The verbs of the command line, a file each.
 
+#[macro_use]
+mod print;
+
 mod bench;
 mod config;
 mod demo;
 mod eval;
 mod info;
 mod net;
+mod paths;
 mod points;
 mod profile;
 mod run;
 mod score;
 mod sim;
+mod stop;
 mod targets;
 mod why;
 
 use std::ops::Range;
 use std::path::{Path, PathBuf};
+use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand};
 use limpid::config::Method;
+use limpid::output::save_file;
 use limpid::{Config, Error, Result};
+
+use self::paths::Paths;
 
 /// Navigation costmaps that can be trusted around glare, glass and grass.
 #[derive(Debug, Parser)]
@@ -80,6 +89,11 @@ struct Common {
 }
 
 impl Common {
+    /// The paths of a command that reads a recording and a configuration.
+    fn paths<'a>(&'a self, input: &'a Path, config: &'a Config) -> Paths<'a> {
+        Paths::default().reads("the recording", input).may_read("-c", self.config.as_deref()).reads_of(config)
+    }
+
     fn config(&self) -> Result<Config> {
         // A file that is not there is wrong usage, as wrong content is.
         let as_usage = |error| match error {
@@ -102,25 +116,28 @@ impl Common {
     }
 }
 
-pub(crate) fn execute(arguments: Arguments) -> Result<()> {
+pub(crate) fn execute(arguments: Arguments) -> Result<ExitCode> {
     match arguments.verb {
-        Verb::Run(arguments) => run::execute(&arguments),
-        Verb::Demo(arguments) => demo::execute(&arguments),
-        Verb::Info(arguments) => info::execute(&arguments),
-        Verb::Config(arguments) => {
-            config::execute(&arguments);
-            Ok(())
-        }
-        Verb::Net(arguments) => net::execute(&arguments),
-        Verb::Points(arguments) => points::execute(&arguments),
-        Verb::Why(arguments) => why::execute(&arguments),
-        Verb::Score(arguments) => score::execute(&arguments),
-        Verb::Sim(arguments) => sim::execute(&arguments),
-        Verb::Targets(arguments) => targets::execute(&arguments),
-        Verb::Eval(arguments) => eval::execute(&arguments),
-        Verb::Bench(arguments) => bench::execute(&arguments),
-        Verb::Profile(arguments) => profile::execute(&arguments),
+        Verb::Run(arguments) => return run::execute(&arguments),
+        Verb::Sim(arguments) => return sim::execute(&arguments),
+        Verb::Demo(arguments) => return demo::execute(&arguments),
+        Verb::Info(arguments) => info::execute(&arguments)?,
+        Verb::Config(arguments) => config::execute(&arguments),
+        Verb::Net(arguments) => net::execute(&arguments)?,
+        Verb::Points(arguments) => points::execute(&arguments)?,
+        Verb::Why(arguments) => why::execute(&arguments)?,
+        Verb::Score(arguments) => score::execute(&arguments)?,
+        Verb::Targets(arguments) => targets::execute(&arguments)?,
+        Verb::Eval(arguments) => eval::execute(&arguments)?,
+        Verb::Bench(arguments) => bench::execute(&arguments)?,
+        Verb::Profile(arguments) => profile::execute(&arguments)?,
     }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Tells on standard error what went wrong.
+pub(crate) fn tell(error: &Error) {
+    eprintln!("limpid: {error}");
 }
 
 /// `A..B` (B left out: to the end), by the numbers of the depth images.
@@ -137,5 +154,5 @@ fn parse_range(text: &str) -> std::result::Result<Range<u64>, String> {
 
 /// Writes `text` to the file.
 fn save(path: &Path, text: &str) -> Result<()> {
-    std::fs::write(path, text).map_err(limpid::Error::file(path))
+    save_file(path, text.as_bytes())
 }

@@ -6,9 +6,12 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use limpid::network::weights::{INPUT_CHANNELS, NATIVE_SIZE, Network};
 use limpid::network::{BlockOutput, Inference};
+use limpid::output::save_file;
 use limpid::{Error, Result};
 use safetensors::tensor::TensorView;
 use safetensors::{Dtype, SafeTensors};
+
+use super::paths::Paths;
 
 #[derive(Debug, Args)]
 pub(crate) struct NetArguments {
@@ -31,6 +34,9 @@ pub(crate) struct NetArguments {
 }
 
 pub(crate) fn execute(arguments: &NetArguments) -> Result<()> {
+    let paths = Paths::default().reads("--weights", &arguments.weights);
+    let paths = paths.may_read("--input", arguments.input.as_deref());
+    paths.may_write("--output", arguments.output.as_deref()).check()?;
     let network = Network::read(&arguments.weights)?;
     match (&arguments.input, &arguments.output) {
         (Some(input), Some(output)) => infer(arguments, network, input, output),
@@ -94,5 +100,5 @@ fn write_outputs(outputs: &[BlockOutput], path: &Path) -> Result<()> {
         tensors.insert(name, view);
     }
     let bytes = safetensors::serialize(&tensors, None).map_err(bad)?;
-    std::fs::write(path, bytes).map_err(Error::file(path))
+    save_file(path, &bytes)
 }

@@ -1,6 +1,6 @@
 //! `limpid points`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use clap::Args;
@@ -10,6 +10,8 @@ use limpid::output::save_scan;
 use limpid::sensor::ReturnCodes;
 use limpid::sensor::VelodyneModel as Model;
 use limpid::{Error, Result};
+
+use super::paths::{Paths, ends_in};
 
 #[derive(Debug, Args)]
 pub(crate) struct PointsArguments {
@@ -39,6 +41,9 @@ pub(crate) struct PointsArguments {
 }
 
 pub(crate) fn execute(arguments: &PointsArguments) -> Result<()> {
+    let writes = |path: &Path| ends_in(path, &["ply"]);
+    let paths = Paths::default().reads("the recording", &arguments.input);
+    paths.may_fill("-o", arguments.output.as_deref(), writes).check()?;
     let options = Options {
         topic: arguments.topic.clone(),
         model: arguments.model,

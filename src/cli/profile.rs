@@ -26,6 +26,8 @@ pub(crate) struct ProfileArguments {
 
 pub(crate) fn execute(arguments: &ProfileArguments) -> Result<()> {
     let config = arguments.common.config()?;
+    let paths = arguments.common.paths(&arguments.input, &config);
+    paths.may_write("-o", Some(&arguments.output)).check()?;
     let mut source = open_source(&arguments.input, &config)?;
     let sensors = source.sensors().to_vec();
     let frames = observations(source.as_mut(), arguments.samples)?;

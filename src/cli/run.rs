@@ -3,6 +3,7 @@
 use std::io::IsTerminal;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
+use std::process::ExitCode;
 
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
@@ -12,10 +13,12 @@ use limpid::map::glass::{LabelledScan, PointClass};
 use limpid::map::pane_file::panes_to_yaml;
 use limpid::map::{CellClass, MapUpdate, PaneSet, State, Update};
 use limpid::mapper::{Options, SensorInfo};
-use limpid::output::{DumpSink, McapSink, PngSink, Sink, save_map};
+use limpid::output::{DumpSink, McapSink, PngSink, Sink, free_path, map_files, save_map};
 use limpid::run::{RunReport, SensorRun, run};
 use limpid::{Config, Result};
 
+use super::paths::{Paths, ends_in};
+use super::stop::{STOPPED, Stoppable};
 use super::{Common, parse_range, save};
 
 #[derive(Debug, Args)]
@@ -53,7 +56,23 @@ pub(crate) struct RunArguments {
     pub(super) timing: bool,
 }
 
-pub(crate) fn execute(arguments: &RunArguments) -> Result<()> {
+impl RunArguments {
+    /// Everything that is read and written.
+    fn paths<'a>(&'a self, config: &'a Config) -> Paths<'a> {
+        let map = self.map.iter().flat_map(|stem| map_files(stem));
+        let paths = self.common.paths(&self.input, config);
+        map.fold(paths, |paths, file| paths.may_write("--map", Some(file)))
+            .may_write("-o", self.output.as_deref())
+            .may_write("--panes", self.panes.as_deref())
+            .may_fill("--png", self.png.as_deref(), |path| ends_in(path, &["png"]))
+            // A folder for each frame, and one above it for each sensor.
+            .may_fill("--dump", self.dump.as_deref(), |path| {
+                path.parent() != Some(Path::new("")) || ends_in(path, &["exr", "json"])
+            })
+    }
+}
+
+pub(crate) fn execute(arguments: &RunArguments) -> Result<ExitCode> {
     let mut config = arguments.common.config()?;
     config.change_all(|parameters| parameters.glass |= arguments.glass);
     let config = match arguments.sensor {
@@ -61,6 +80,7 @@ pub(crate) fn execute(arguments: &RunArguments) -> Result<()> {
         Some(Sensor::Lidar) => config.only(SensorKind::Lidar)?,
         None => config,
     };
+    arguments.paths(&config).check()?;
     let mut source = open_source(&arguments.input, &config)?;
     let outputs = Outputs {
         mcap: arguments.output.as_deref(),
@@ -79,15 +99,36 @@ pub(crate) fn execute(arguments: &RunArguments) -> Result<()> {
     let range = arguments.frames.clone().unwrap_or(0..u64::MAX);
     let report = run_with_progress(source.as_mut(), range, &config, &options, &outputs)?;
     print_report(&report);
+    save_ends(arguments, &report)?;
+    Ok(end_of(&report))
+}
+
+/// Writes what is known at the end. Of a run that was stopped it takes no older file's place.
+fn save_ends(arguments: &RunArguments, report: &RunReport) -> Result<()> {
+    let is_free = |path: &Path| !report.stopped || !path.exists();
     if let Some(path) = &arguments.panes {
-        save(path, &panes_to_yaml(&known_panes(&report)))?;
+        let path = free_path(path, is_free);
+        save(&path, &panes_to_yaml(&known_panes(report)))?;
         println!("panes: {}", path.display());
     }
     if let (Some(stem), Some(last)) = (&arguments.map, report.last()) {
-        let [image, yaml] = save_last(stem, last)?;
+        let stem = free_path(stem, |stem| map_files(stem).iter().all(|file| is_free(file)));
+        let [image, yaml] = save_last(&stem, last)?;
         println!("map: {} and {}", image.display(), yaml.display());
     }
     Ok(())
+}
+
+/// Says where a run that was stopped left its results.
+pub(super) fn end_of(report: &RunReport) -> ExitCode {
+    if !report.stopped {
+        return ExitCode::SUCCESS;
+    }
+    eprintln!("limpid: stopped before the end of the recording");
+    for path in &report.kept {
+        eprintln!("limpid: what was written up to there is in {}", path.display());
+    }
+    ExitCode::from(STOPPED)
 }
 
 /// Sensors of a recording.
@@ -152,7 +193,8 @@ pub(super) fn run_with_progress(
     let mut sinks = outputs.sinks(config, source.sensors())?;
     let total = source.count_hint().map(|count| range.end.min(count).saturating_sub(range.start));
     let bar = progress_bar(total);
-    let report = run(source, range, config, options, &mut sinks, &mut |update| {
+    let mut source = Stoppable::new(source);
+    let report = run(&mut source, range, config, options, &mut sinks, &mut |update| {
         bar.inc(1);
         bar.set_message(if update.camera().is_some_and(|camera| camera.degraded) { "DEGRADED" } else { "" });
     });
@@ -183,6 +225,9 @@ pub(super) fn print_report(report: &RunReport) {
     }
     for warning in &report.warnings {
         println!("warning: {warning}");
+    }
+    for told in &report.read.read.frames {
+        println!("frames: {told}");
     }
     for (reason, count) in report.read.sensors.iter().flat_map(|sensor| sensor.dropped.reasons()) {
         println!("dropped: {count} points: {}", reason.text());

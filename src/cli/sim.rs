@@ -1,16 +1,21 @@
 //! `limpid sim`.
 
 use std::path::PathBuf;
+use std::process::ExitCode;
 use std::time::Instant;
 
 use clap::Args;
+use limpid::output::End;
 use limpid::sim::generate::{Family, Level, generate, vary_sensor};
 use limpid::sim::rates::Rates;
 use limpid::sim::truth::TrueMap;
+use limpid::sim::write::Recorder;
 use limpid::sim::{Scene, Simulator, write};
 use limpid::{Config, Error, Result};
 
+use super::paths::Paths;
 use super::save;
+use super::stop::{STOPPED, is_stopped, listen};
 
 /// Frames of a generated scene unless asked for otherwise.
 const FRAMES: u32 = 60;
@@ -81,7 +86,20 @@ impl SimArguments {
     }
 }
 
-pub(crate) fn execute(arguments: &SimArguments) -> Result<()> {
+impl SimArguments {
+    /// Everything that is read and written.
+    fn paths(&self) -> Paths<'_> {
+        let paths = Paths::default().may_read("the scene", self.scene.as_deref());
+        let paths = paths.may_write("--save-scene", self.save_scene.as_deref());
+        match self.output.as_deref() {
+            Some(path) if write::is_mcap(path) => paths.may_write("-o", Some(path)),
+            folder => paths.may_fill("-o", folder, |_| true),
+        }
+    }
+}
+
+pub(crate) fn execute(arguments: &SimArguments) -> Result<ExitCode> {
+    arguments.paths().check()?;
     let scene = arguments.scene()?;
     if let Some(path) = &arguments.save_scene {
         save(path, &scene.to_yaml()?)?;
@@ -92,38 +110,69 @@ pub(crate) fn execute(arguments: &SimArguments) -> Result<()> {
         Some(path) => Some(write::recorder(path, &scene, arguments.infrared)?),
         None => None,
     };
+    listen();
+    let simulated = simulate(&scene, &mut simulator, &mut recorder);
+    let Some(recorder) = &mut recorder else { return simulated.map(|()| code()) };
+    match simulated {
+        Ok(()) if !is_stopped() => recorder.finish()?,
+        Ok(()) => {
+            eprintln!("limpid: stopped before the last frame");
+            if let Some(path) = recorder.abandon(End::Stopped)? {
+                eprintln!("limpid: what was written up to there is in {}", path.display());
+            }
+        }
+        Err(cause) => {
+            // What cannot be closed after a failure is not told: the failure is.
+            let kept = recorder.abandon(End::Failed).unwrap_or_default();
+            return Err(match kept {
+                Some(path) => Error::Partial { cause: Box::new(cause), kept: vec![path] },
+                None => cause,
+            });
+        }
+    }
+    Ok(code())
+}
+
+fn code() -> ExitCode {
+    ExitCode::from(if is_stopped() { STOPPED } else { 0 })
+}
+
+/// Makes the frames, up to where the user stops it, and prints what is measured on them.
+fn simulate(
+    scene: &Scene,
+    simulator: &mut Simulator,
+    recorder: &mut Option<Box<dyn Recorder>>,
+) -> Result<()> {
     let camera = scene.camera.model();
-    let mut map = TrueMap::new(&scene, &Config::default());
+    let mut map = TrueMap::new(scene, &Config::default());
     let mut total = Rates::default();
-    let start = Instant::now();
-    let mut camera_s = 0.0;
-    let poses = simulator.poses();
-    for (index, pose) in (0_u64..).zip(&poses) {
+    let (start, mut camera_s, mut frames) = (Instant::now(), 0.0, 0_u32);
+    for (index, pose) in (0_u64..).zip(simulator.poses()) {
+        if is_stopped() {
+            break;
+        }
         let before = Instant::now();
-        let frame = simulator.frame(index, *pose)?;
+        let frame = simulator.frame(index, pose)?;
         camera_s += before.elapsed().as_secs_f64();
         let rates = Rates::of(&frame);
         println!("frame {index:4}  {rates}");
         total.add(&rates);
         map.observe(&frame, &camera);
-        if let Some(recorder) = &mut recorder {
+        if let Some(recorder) = recorder {
             recorder.write(&frame, &map.grid(), &map.cells())?;
         }
-    }
-    if let Some(recorder) = &mut recorder {
-        recorder.finish()?;
+        frames += 1;
     }
     println!("all         {total}");
     for (pass, ms) in simulator.pass_ms() {
         println!("{pass:12} {ms:8.2} ms");
     }
-    let frames = u32::try_from(poses.len()).map_or(f64::INFINITY, f64::from);
     println!(
         "{frames} frames of {}x{} in {:.1} s, of which {:.0} ms a frame are the camera's",
         camera.width,
         camera.height,
         start.elapsed().as_secs_f64(),
-        1e3 * camera_s / frames
+        1e3 * camera_s / f64::from(frames.max(1))
     );
     Ok(())
 }

@@ -9,6 +9,7 @@ use limpid::stage::targets::Rule;
 use limpid::{Config, Result};
 
 use super::Common;
+use super::paths::{Paths, ends_in};
 
 #[derive(Debug, Args)]
 pub(crate) struct TargetsArguments {
@@ -50,6 +51,10 @@ pub(crate) fn execute(arguments: &TargetsArguments) -> Result<()> {
     let common =
         Common { config: arguments.config.clone(), method: None, weights: None, port: None, adapter: None };
     let config = common.config()?;
+    let inputs =
+        arguments.inputs.iter().fold(Paths::default(), |paths, input| paths.reads("the recording", input));
+    let paths = inputs.may_read("-c", arguments.config.as_deref()).reads_of(&config);
+    paths.may_fill("-o", Some(&arguments.output), |path| ends_in(path, &["safetensors"])).check()?;
     let rule = Rule {
         baseline_m: arguments.baseline,
         noise_px: arguments.noise,

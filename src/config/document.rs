@@ -9,7 +9,7 @@ use serde_saphyr::Spanned;
 use serde_saphyr::options::NonFiniteFloatPolicy;
 
 use super::bad_key;
-use crate::base::{Error, Result};
+use crate::base::{Error, Result, plain};
 
 /// A key with what stands behind it.
 #[derive(Debug)]
@@ -44,9 +44,7 @@ pub(super) fn read(text: &str) -> Result<Vec<Entry>> {
     }
     // The key of a number that is not finite is named further on, as that of any other impossible value.
     let options = serde_saphyr::options! { non_finite_float_policy: NonFiniteFloatPolicy::PassThrough };
-    match serde_saphyr::from_str_with_options(text, options)
-        .map_err(|error| Error::Yaml(error.to_string()))?
-    {
+    match serde_saphyr::from_str_with_options(text, options).map_err(|error| Error::Yaml(plain(&error)))? {
         Node::Section(entries) => Ok(entries),
         Node::Value(Value::Null) => Ok(Vec::new()),
         _ => Err(Error::Yaml("the file holds no keys: `key: value` lines are needed".into())),

@@ -1,6 +1,7 @@
 //! Which keys there are, and where in a file each may stand.
 
 use super::SensorKind;
+use crate::base::nearest;
 
 /// What a parameter belongs to. It says where the nested form takes the key.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -225,13 +226,4 @@ pub fn scope_of(key: &str) -> Option<Scope> {
 
 fn known(key: &str) -> Option<(Scope, &'static str)> {
     KEYS.iter().find_map(|&(scope, keys)| keys.iter().find(|known| **known == key).map(|&flat| (scope, flat)))
-}
-
-/// The name most like `key`. A name that holds `key`, or that makes up more than half of it, comes first.
-pub(super) fn nearest<'a>(key: &str, names: impl Iterator<Item = &'a str>) -> &'a str {
-    let likeness = |name: &str| {
-        let holds = name.contains(key) || (key.contains(name) && 2 * name.len() > key.len());
-        strsim::jaro_winkler(key, name) + if holds { 1.0 } else { 0.0 }
-    };
-    names.max_by(|a, b| likeness(a).total_cmp(&likeness(b))).unwrap_or("")
 }

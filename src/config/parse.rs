@@ -3,10 +3,10 @@
 use serde_json::{Map, Value};
 
 use super::document::{self, Entry, Node};
-use super::keys::{Place, nearest};
+use super::keys::Place;
 use super::sensors::{MAX_SENSORS, check_name};
 use super::{Config, SensorConfig, SensorKind, bad_key};
-use crate::base::{Error, Result};
+use crate::base::{Error, Result, nearest, plain};
 
 /// The parameters of a file; not yet validated.
 pub(super) fn parse(text: &str) -> Result<Config> {
@@ -27,16 +27,38 @@ pub(super) fn parse(text: &str) -> Result<Config> {
     }
     let sensor = |name: &String| sensor(name, &parts, &base, nested);
     let sensors = names.iter().map(sensor).collect::<Result<_>>()?;
-    Ok(Config { sensors, ..base.config(nested)? })
+    let mut config = Config { sensors, ..base.config(nested)? };
+    config.change_all(bare_frames);
+    Ok(config)
 }
 
-/// The entries under `limpid: ros__parameters:`, or those at the root.
+/// Frames without leading slashes, which ROS 1 writes and which mean nothing.
+fn bare_frames(config: &mut Config) {
+    let stated =
+        config.static_transforms.iter_mut().flat_map(|stated| [&mut stated.parent, &mut stated.child]);
+    let own =
+        [&mut config.map_frame, &mut config.base_frame, &mut config.camera_frame, &mut config.lidar_frame];
+    for frame in own.into_iter().chain(stated) {
+        frame.drain(..frame.len() - frame.trim_start_matches('/').len());
+    }
+}
+
+/// The entries under `limpid: ros__parameters:`, whatever the node is called (`/**`: all nodes), or those at the root.
 fn parameters(root: Vec<Entry>) -> Result<Vec<Entry>> {
-    let Some(place) = root.iter().position(|entry| entry.key == "limpid") else { return Ok(root) };
-    let inside = only_section(root, place, "limpid")?;
+    let is_node = |entry: &Entry| match &entry.node {
+        Node::Section(inside) => inside.iter().any(|entry| entry.key == "ros__parameters"),
+        _ => false,
+    };
+    let named = root.iter().position(|entry| entry.key == "limpid");
+    let Some(place) = named.or_else(|| root.iter().position(is_node)) else { return Ok(root) };
+    let name = root[place].key.clone();
+    let inside = only_section(root, place, &name)?;
     match inside.iter().position(|entry| entry.key == "ros__parameters") {
-        Some(place) => only_section(inside, place, "limpid.ros__parameters"),
-        None => Err(bad_key("limpid", "has no `ros__parameters` under it".into())),
+        Some(place) => only_section(inside, place, &format!("{name}.ros__parameters")),
+        None => {
+            let other = inside.first().map(|entry| format!(", but `{}`", entry.key)).unwrap_or_default();
+            Err(bad_key(&name, format!("has no `ros__parameters` under it{other}")))
+        }
     }
 }
 
@@ -189,7 +211,8 @@ impl Stated {
             Node::Section(_) => return Err(entry.fault(&name, "takes a value, not a section")),
         };
         let alone = Map::from_iter([(flat.to_owned(), value.clone())]);
-        serde_json::from_value::<Config>(Value::Object(alone)).map_err(|error| entry.fault(&name, error))?;
+        serde_json::from_value::<Config>(Value::Object(alone))
+            .map_err(|error| entry.fault(&name, plain(&error)))?;
         self.values.insert(flat.to_owned(), value);
         self.names.push((flat, name));
         Ok(flat)

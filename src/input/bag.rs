@@ -72,11 +72,11 @@ impl Fields {
         self.get(name).map(|value| String::from_utf8_lossy(value).into_owned())
     }
 
-    /// Nanoseconds since the Unix epoch; 0 where there are none.
-    fn time_ns(&self) -> u64 {
-        let Some(&[s0, s1, s2, s3, n0, n1, n2, n3]) = self.get("time") else { return 0 };
+    /// Nanoseconds since the Unix epoch.
+    fn time_ns(&self, name: &str) -> Option<u64> {
+        let &[s0, s1, s2, s3, n0, n1, n2, n3] = self.get(name)? else { return None };
         let (sec, nsec) = (u32::from_le_bytes([s0, s1, s2, s3]), u32::from_le_bytes([n0, n1, n2, n3]));
-        u64::from(sec) * 1_000_000_000 + u64::from(nsec)
+        Some(u64::from(sec) * 1_000_000_000 + u64::from(nsec))
     }
 }
 
@@ -123,7 +123,11 @@ impl Head {
         match (self.op, connection) {
             (op::MESSAGE, Some(channel_id)) if wanted(channel_id) && !self.is_too_large() => {
                 let data = read_exactly(from, self.data_bytes)?;
-                Ok(Some(Record::Message { channel_id, log_time_ns: self.fields.time_ns(), data }))
+                Ok(Some(Record::Message {
+                    channel_id,
+                    log_time_ns: self.fields.time_ns("time").unwrap_or(0),
+                    data,
+                }))
             }
             (op::CONNECTION, Some(id)) if !self.is_too_large() => {
                 let about = Fields(read_exactly(from, self.data_bytes)?);
@@ -280,19 +284,26 @@ impl BagRecords {
         }
         self.file.seek(bag.index_at)?;
         let (mut found, mut chunks, mut counts) = (Vec::new(), 0, BTreeMap::new());
+        let mut span_ns: Option<[u64; 2]> = None;
         while let Ok(Some(head)) = Head::read(&mut self.file) {
             if head.data_bytes > self.file.left() {
                 return Ok(None);
             }
             if head.op == op::CHUNK_INFO {
                 chunks += 1;
+                if let (Some(start_ns), Some(end_ns)) =
+                    (head.fields.time_ns("start_time"), head.fields.time_ns("end_time"))
+                {
+                    let [first_ns, last_ns] = span_ns.unwrap_or([start_ns, end_ns]);
+                    span_ns = Some([first_ns.min(start_ns), last_ns.max(end_ns)]);
+                }
                 count(&self.file.take_bytes(head.data_bytes)?, &mut counts);
             } else if let Ok(Some(record)) = head.record(&mut self.file, &|_| false) {
                 found.push(record);
             }
         }
         let whole = chunks == bag.chunks && found.len() == bag.connections as usize;
-        found.push(Record::Statistics { message_counts: counts.into_iter().collect() });
+        found.push(Record::Statistics { message_counts: counts.into_iter().collect(), span_ns });
         Ok(whole.then_some(found))
     }
 

@@ -7,10 +7,13 @@ mod calibrations;
 mod db3;
 mod event;
 mod exr_decode;
+mod frames;
 pub mod image_decode;
 mod image_message;
+mod inventory;
 mod log;
 mod mcap;
+mod nothing;
 mod open;
 pub mod points;
 mod pose;
@@ -32,6 +35,7 @@ use crate::base::Result;
 use crate::sensor::RgbdFrame;
 
 pub(crate) use crate::input::exr_decode::depth_from_exr;
+pub use crate::input::inventory::{FrameInfo, Inventory, TopicInfo};
 pub use crate::input::log::{Contents, LogReader};
 pub(crate) use crate::input::log::{Record, Records};
 pub(crate) use crate::input::mcap::McapRecords;
@@ -63,6 +67,8 @@ pub struct ReadReport {
     pub skipped: Vec<Skipped>,
     /// Things a user should know: a cut-off file, topics chosen by type, a base frame derived.
     pub notes: Vec<String>,
+    /// Of each sensor that has no poses: why, which frames there are, and which keys to set.
+    pub frames: Vec<String>,
 }
 
 /// A stream of RGB-D frames in order of time; never holds more than a bounded window in memory.

@@ -8,8 +8,10 @@ use crate::base::{Error, Result, duration_ns};
 use crate::config::Config;
 use crate::input::ReadReport;
 use crate::input::event::TransformEvent;
+use crate::input::frames::{Asked, FrameTree, Posing};
 use crate::input::transforms::{TransformBuffer, TransformError};
-use crate::sensor::FramePose;
+use crate::message::bare_name;
+use crate::sensor::{FramePose, SensorKind};
 
 /// The transforms of a recording and the frames that are asked for.
 pub(crate) struct PoseResolver {
@@ -17,6 +19,8 @@ pub(crate) struct PoseResolver {
     pub(crate) tree: TransformBuffer,
     /// `static_transforms` alone.
     stated: TransformBuffer,
+    /// All that was seen, whatever became of it.
+    pub(crate) frames: FrameTree,
     map_frame: String,
     base_frame: String,
     ground_z_m: f64,
@@ -36,20 +40,24 @@ impl PoseResolver {
     /// [`Error::Config`] for a stated transform that is not a transform.
     pub(crate) fn new(config: &Config) -> Result<Self> {
         let (mut tree, mut stated) = (TransformBuffer::new(), TransformBuffer::new());
+        let mut frames = FrameTree::default();
         for (number, transform) in config.static_transforms.iter().enumerate() {
             let rigid = Rigid::new(transform.translation_m, transform.rotation_xyzw).ok_or_else(|| {
                 let reason =
                     format!("entry {number} (`{}`) has no rotation or is not finite", transform.child);
                 Error::Config { key: "static_transforms".into(), reason }
             })?;
-            tree.insert_stated(&transform.parent, &transform.child, rigid);
-            stated.insert_fixed(&transform.parent, &transform.child, rigid);
+            let [parent, child] = [&transform.parent, &transform.child].map(|name| bare_name(name));
+            tree.insert_stated(parent, child, rigid);
+            stated.insert_fixed(parent, child, rigid);
+            frames.state(parent, child);
         }
         Ok(Self {
             tree,
             stated,
-            map_frame: config.map_frame.clone(),
-            base_frame: config.base_frame.clone(),
+            frames,
+            map_frame: bare_name(&config.map_frame).into(),
+            base_frame: bare_name(&config.base_frame).into(),
             ground_z_m: config.ground_z_m,
             tolerance_ns: duration_ns(config.transform_tolerance_s),
         })
@@ -75,6 +83,7 @@ impl PoseResolver {
                 "the recording has its own transform of `{child}`, which takes the place of that in static_transforms"
             ));
         }
+        self.frames.see(transform);
         if *fixed {
             self.tree.insert_fixed(parent, child, parent_from_child);
         } else {
@@ -167,6 +176,19 @@ impl PoseResolver {
                 Ok((map_from_lidar, Rigid::IDENTITY))
             }
         }
+    }
+
+    /// Why a sensor of that kind has no poses, and which keys to set; `without_transforms`: what to say where the recording
+    /// has no transforms; `odometry`: what to say of odometry that is not used.
+    pub(crate) fn explain(
+        &self,
+        posing: &Posing,
+        kind: SensorKind,
+        without_transforms: &str,
+        odometry: &str,
+    ) -> Option<String> {
+        let (map_frame, base_frame) = (self.map_frame.as_str(), self.base_frame.as_str());
+        self.frames.explain(posing, &Asked { kind, map_frame, base_frame, without_transforms, odometry })
     }
 
     /// Why a frame has no pose.

@@ -12,7 +12,7 @@ use crate::input::points::{Options, ScanReport, Scans};
 use crate::input::pose::PoseResolver;
 use crate::input::report::merge;
 use crate::input::scan_pose::ScanPoser;
-use crate::sensor::Observation;
+use crate::sensor::{Observation, SensorKind};
 
 /// What the scans come from.
 enum From {
@@ -79,6 +79,16 @@ impl PosedScans {
             From::Files(files) => {
                 let mut whole = files.scans.report().clone();
                 merge(&mut whole.read, &files.report);
+                let explain = |poses: &PoseResolver| {
+                    let without = "the file has no transforms";
+                    poses.explain(&files.poser.posing, SensorKind::Lidar, without, "")
+                };
+                files
+                    .stated
+                    .as_ref()
+                    .and_then(explain)
+                    .into_iter()
+                    .for_each(|told| whole.read.tell_frames(told));
                 whole
             }
         }

@@ -30,6 +30,13 @@ impl ReadReport {
         }
     }
 
+    /// Adds why a sensor has no poses unless that is there.
+    pub(crate) fn tell_frames(&mut self, told: String) {
+        if self.frames.len() < MAX_ENTRIES && !self.frames.contains(&told) {
+            self.frames.push(told);
+        }
+    }
+
     /// Adds a note unless it is there.
     pub(crate) fn note(&mut self, note: impl Into<String>) {
         let note = note.into();
@@ -43,4 +50,7 @@ impl ReadReport {
 pub(crate) fn merge(report: &mut ReadReport, other: &ReadReport) {
     report.skipped.extend(other.skipped.iter().cloned());
     other.notes.iter().for_each(|note| report.note(note));
+    for told in &other.frames {
+        report.tell_frames(told.clone());
+    }
 }

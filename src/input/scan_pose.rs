@@ -3,8 +3,10 @@
 use crate::base::{Rigid, duration_ns};
 use crate::config::Config;
 use crate::input::ReadReport;
+use crate::input::frames::Posing;
 use crate::input::pose::PoseResolver;
 use crate::input::transforms::TransformError;
+use crate::message::bare_name;
 use crate::sensor::{Observation, Scan, SensorData, SensorPose, Sweep};
 
 /// Frame of a lidar whose recording and configuration name none.
@@ -14,20 +16,23 @@ const NAMELESS: &str = "lidar";
 const LEAST_SWEEP_S: f32 = 1e-4;
 
 /// What a lidar's scans are posed by.
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 pub(crate) struct ScanPoser {
     lidar_frame: String,
     map_frame: String,
     /// `transform_tolerance_s`, nanoseconds.
     pub(crate) tolerance_ns: u64,
+    /// How scans fared that asked for a pose.
+    pub(crate) posing: Posing,
 }
 
 impl ScanPoser {
     pub(crate) fn new(config: &Config) -> Self {
         Self {
-            lidar_frame: config.lidar_frame.clone(),
-            map_frame: config.map_frame.clone(),
+            lidar_frame: bare_name(&config.lidar_frame).into(),
+            map_frame: bare_name(&config.map_frame).into(),
             tolerance_ns: duration_ns(config.transform_tolerance_s),
+            posing: Posing::default(),
         }
     }
 
@@ -45,18 +50,22 @@ impl ScanPoser {
     /// The scan with its pose, `None` where it is not known at that stamp, which is counted. Without `poses` the map is
     /// the lidar's own frame.
     pub(crate) fn observe(
-        &self,
+        &mut self,
         scan: Scan,
         poses: Option<&PoseResolver>,
         report: &mut ReadReport,
     ) -> Observation {
-        let frame_id = self.frame(&scan);
+        let frame_id = self.frame(&scan).to_owned();
         let (map_frame, pose) = match poses {
-            None => (frame_id.to_owned(), Some(SensorPose::SENSOR)),
+            None => (frame_id, Some(SensorPose::SENSOR)),
             Some(poses) => {
-                let pose = self.pose(poses, frame_id, &scan, report);
-                if let Err(error) = &pose {
-                    report.skip(frame_id, poses.missing_reason(frame_id, error), scan.stamp_ns);
+                let pose = self.pose(poses, &frame_id, &scan, report);
+                match &pose {
+                    Ok(_) => self.posing.posed += 1,
+                    Err(error) => {
+                        report.skip(&frame_id, poses.missing_reason(&frame_id, error), scan.stamp_ns);
+                        self.posing.miss(&frame_id, scan.stamp_ns, error);
+                    }
                 }
                 (self.map_frame.clone(), pose.ok())
             }

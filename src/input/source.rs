@@ -89,6 +89,16 @@ pub trait Source {
 
     /// How many observations the recording says it holds at most, where it says so without being read.
     fn count_hint(&self) -> Option<u64>;
+
+    /// Topics that are read, each with what it is used for: `camera: depth`.
+    fn uses(&self) -> Vec<(String, String)> {
+        Vec::new()
+    }
+
+    /// Whether the user stopped it before its end.
+    fn was_stopped(&self) -> bool {
+        false
+    }
 }
 
 /// Opens a recording of any kind: an MCAP file, a ROS 1 bag or a bag of rosbag2 with any number of sensors; a TUM RGB-D folder or a still

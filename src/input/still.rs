@@ -5,11 +5,13 @@ use std::path::{Path, PathBuf};
 use crate::base::Rigid;
 use crate::base::{Error, Result};
 use crate::config::Config;
+use crate::input::frames::Posing;
 use crate::input::image_decode::{color_from_file, depth_from_file, read_file};
 use crate::input::pose::PoseResolver;
 use crate::input::stated::StatedCamera;
 use crate::input::{ReadReport, Recording};
-use crate::sensor::CameraModel;
+use crate::message::bare_name;
+use crate::sensor::{CameraModel, SensorKind};
 use crate::sensor::{ColorImage, DepthImage, RgbdFrame};
 
 /// Name of the camera's frame where the configuration gives none.
@@ -51,7 +53,8 @@ impl StillReader {
         let decoded = depth_from_file(&read_file(&path)?, self.config.depth_unit_m)?;
         let camera = self.camera([decoded.width, decoded.height])?;
         let named = !self.config.camera_frame.is_empty();
-        let frame_id = if named { self.config.camera_frame.clone() } else { CAMERA_FRAME.into() };
+        let frame_id =
+            if named { bare_name(&self.config.camera_frame).to_owned() } else { CAMERA_FRAME.into() };
         let pose = match self.poses.pose(&frame_id, 0, self.poses.tolerance_ns) {
             Ok(resolved) => {
                 if resolved.base_derived {
@@ -62,6 +65,11 @@ impl StillReader {
             Err(error) => {
                 let reason = self.poses.missing_reason(&frame_id, &error);
                 self.report.skip(&self.config.depth_file, reason, 0);
+                let mut posing = Posing::default();
+                posing.miss(&frame_id, 0, &error);
+                let told =
+                    self.poses.explain(&posing, SensorKind::Camera, "a still pair has no transforms", "");
+                told.into_iter().for_each(|told| self.report.tell_frames(told));
                 None
             }
         };

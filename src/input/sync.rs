@@ -12,10 +12,12 @@ use crate::input::ReadReport;
 use crate::input::apart::apart_text;
 use crate::input::calibrations::{Calibrations, CalibrationsOfTopic, fitted};
 use crate::input::event::{Event, Streams};
+use crate::input::frames::Posing;
 use crate::input::image_message::ImageMessage;
 use crate::input::pose::PoseResolver;
 use crate::input::stated::StatedCamera;
 use crate::input::transforms::JUMP_NS;
+use crate::message::bare_name;
 use crate::sensor::CameraModel;
 use crate::sensor::{ColorImage, DepthImage, FramePose, RgbdFrame};
 
@@ -51,13 +53,15 @@ pub(crate) struct Synchronizer {
     ready: VecDeque<RgbdFrame>,
     newest_image_ns: u64,
     last_released_ns: Option<u64>,
+    /// How depth images fared that asked for a pose.
+    pub(crate) posing: Posing,
 }
 
 impl Synchronizer {
     pub(crate) fn new(config: &Config, streams: Streams) -> Self {
         Self {
             streams,
-            camera_frame: config.camera_frame.clone(),
+            camera_frame: bare_name(&config.camera_frame).into(),
             depth_unit_m: config.depth_unit_m,
             float_depth_unit_m: config.float_depth_unit_m,
             pair_tolerance_ns: duration_ns(config.pair_tolerance_s),
@@ -70,6 +74,7 @@ impl Synchronizer {
             ready: VecDeque::new(),
             newest_image_ns: 0,
             last_released_ns: None,
+            posing: Posing::default(),
         }
     }
 
@@ -336,15 +341,22 @@ impl Synchronizer {
         decoded.map_err(|reason| report.skip(topic, reason, message.stamp_ns)).ok()
     }
 
-    fn pose(&self, depth: &DepthImage, poses: &PoseResolver, report: &mut ReadReport) -> Option<FramePose> {
+    fn pose(
+        &mut self,
+        depth: &DepthImage,
+        poses: &PoseResolver,
+        report: &mut ReadReport,
+    ) -> Option<FramePose> {
         match poses.pose(&depth.frame_id, depth.stamp_ns, self.transform_tolerance_ns) {
             Ok(resolved) => {
                 if resolved.base_derived {
                     report.note(poses.derived_note());
                 }
+                self.posing.posed += 1;
                 Some(resolved.pose)
             }
             Err(error) => {
+                self.posing.miss(&depth.frame_id, depth.stamp_ns, &error);
                 let reason = poses.missing_reason(&depth.frame_id, &error);
                 report.skip(&self.streams.depth, reason, depth.stamp_ns);
                 None

@@ -11,12 +11,15 @@ use crate::base::duration_ns;
 use crate::base::{Error, Result};
 use crate::config::Config;
 use crate::input::apart::apart_text;
+use crate::input::event::TransformEvent;
+use crate::input::frames::Posing;
 use crate::input::image_decode::{color_from_file, depth_from_png, read_file};
 use crate::input::pose::PoseResolver;
 use crate::input::start::open_file;
 use crate::input::stated::StatedCamera;
 use crate::input::{ReadReport, Recording};
-use crate::sensor::{CameraModel, Distortion};
+use crate::message::bare_name;
+use crate::sensor::{CameraModel, Distortion, SensorKind};
 use crate::sensor::{ColorImage, DepthImage, FramePose, RgbdFrame};
 
 /// Largest list that is read, bytes: more than three million images.
@@ -70,6 +73,7 @@ pub struct TumReader {
     pose_ns: Option<u64>,
     poses: PoseResolver,
     last_ns: Option<u64>,
+    posing: Posing,
     report: ReadReport,
 }
 
@@ -94,8 +98,8 @@ impl TumReader {
             camera,
             depth_unit_m: scale_m.unwrap_or(config.depth_unit_m),
             pair_tolerance_ns: duration_ns(config.pair_tolerance_s),
-            map_frame: config.map_frame.clone(),
-            camera_frame: if named { config.camera_frame.clone() } else { CAMERA_FRAME.into() },
+            map_frame: bare_name(&config.map_frame).into(),
+            camera_frame: if named { bare_name(&config.camera_frame).into() } else { CAMERA_FRAME.into() },
             depth_count: depth.len() as u64,
             depth: depth.into_iter(),
             colors,
@@ -103,6 +107,7 @@ impl TumReader {
             pose_ns: None,
             poses: PoseResolver::new(config)?,
             last_ns: None,
+            posing: Posing::default(),
             report,
         })
     }
@@ -161,6 +166,14 @@ impl TumReader {
         // need leave the buffer's window.
         while self.pose_ns.is_none_or(|pose_ns| pose_ns <= stamp_ns) {
             let Some((pose_ns, map_from_camera)) = self.trajectory.pop_front() else { break };
+            let event = TransformEvent {
+                parent: self.map_frame.clone(),
+                child: self.camera_frame.clone(),
+                stamp_ns: pose_ns,
+                fixed: false,
+                parent_from_child: Some(map_from_camera),
+            };
+            self.poses.frames.see(&event);
             self.poses.tree.insert(&self.map_frame, &self.camera_frame, pose_ns, map_from_camera);
             self.pose_ns = Some(pose_ns);
         }
@@ -169,11 +182,13 @@ impl TumReader {
                 if resolved.base_derived {
                     self.report.note(self.poses.derived_note());
                 }
+                self.posing.posed += 1;
                 Some(resolved.pose)
             }
             Err(error) => {
                 let reason = self.poses.missing_reason(&self.camera_frame, &error);
                 self.report.skip("depth.txt", reason, stamp_ns);
+                self.posing.miss(&self.camera_frame, stamp_ns, &error);
                 None
             }
         }
@@ -196,6 +211,9 @@ impl Recording for TumReader {
                 Err(error) => self.report.skip("depth.txt", error.to_string(), entry.stamp_ns),
             }
         }
+        let without = "the folder has no poses (groundtruth.txt)";
+        let told = self.poses.explain(&self.posing, SensorKind::Camera, without, "");
+        told.into_iter().for_each(|told| self.report.tell_frames(told));
         Ok(None)
     }
 

@@ -6,7 +6,7 @@ use std::path::Path;
 use glam::{DVec3, Vec3, Vec4};
 use serde::Deserialize;
 
-use crate::base::{Error, Result};
+use crate::base::{Error, Result, plain};
 use crate::map::KEPT_PANES;
 use crate::map::Pane;
 use crate::map::PaneSet;
@@ -75,7 +75,7 @@ pub fn panes_to_yaml(set: &PaneSet) -> String {
 pub fn read_panes(path: &Path) -> Result<PaneSet> {
     let bad = |reason: String| Error::Format { path: path.into(), reason };
     let text = std::fs::read_to_string(path).map_err(Error::file(path))?;
-    let file: PaneFile = serde_saphyr::from_str(&text).map_err(|error| bad(error.to_string()))?;
+    let file: PaneFile = serde_saphyr::from_str(&text).map_err(|error| bad(plain(&error)))?;
     if file.panes.len() > KEPT_PANES {
         return Err(bad(format!("{} panes; at most {KEPT_PANES} are kept", file.panes.len())));
     }

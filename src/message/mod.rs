@@ -17,10 +17,15 @@ pub(crate) fn decode_error(what: impl Into<String>, reason: impl Into<String>) -
     Error::Decode { what: what.into(), reason: reason.into() }
 }
 
-/// A frame's name without the leading slash that ROS 1 and some drivers write.
+/// A frame's name without the leading slashes that ROS 1 and some drivers write.
 pub(crate) fn bare_frame(frame: String) -> String {
-    match frame.strip_prefix('/') {
-        Some(bare) => bare.into(),
-        None => frame,
+    match bare_name(&frame) {
+        bare if bare.len() < frame.len() => bare.into(),
+        _ => frame,
     }
+}
+
+/// As [`bare_frame`].
+pub(crate) fn bare_name(frame: &str) -> &str {
+    frame.trim_start_matches('/')
 }

@@ -78,7 +78,7 @@ pub fn observations(source: &mut dyn Source, count: usize) -> Result<Vec<Observa
         observations.extend(observation.pose.is_some().then_some(observation));
     }
     match observations.is_empty() {
-        true => Err(Error::Empty { reason: "nothing with a pose".into() }),
+        true => Err(source.report().nothing_used(source.sensors(), Vec::new())),
         false => Ok(observations),
     }
 }

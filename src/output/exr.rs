@@ -9,15 +9,17 @@ use ::exr::prelude::{
 };
 use serde::Serialize;
 
+use crate::base::Result;
 use crate::base::Rigid;
-use crate::base::{Error, Result};
 use crate::config::Config;
 use crate::config::SensorInfo;
 use crate::map::{
     CameraUpdate, CellClass, Counters, Ground, GroundFrom, GroundPlane, LidarUpdate, MapUpdate, Seen, State,
     Update, Verdict,
 };
-use crate::output::{FileNames, Sink, create_folder, encode_error, grid_mismatch, narrow, pass_sums_ms};
+use crate::output::{
+    FileNames, Sink, create_folder, encode_error, grid_mismatch, narrow, pass_sums_ms, save_in_folder,
+};
 use crate::sensor::Observation;
 
 /// Writes `DIR/NNNNNN/<buffer>.exr` and `DIR/NNNNNN/frame.json`, `NNNNNN` being the number of the frame or of the scan. Where
@@ -163,13 +165,13 @@ pub(crate) fn write_exr(path: &Path, size: (usize, usize), samples: Vec<f32>) ->
     let mut bytes = Cursor::new(Vec::new());
     let written = Image::from_layer(layer).write().non_parallel().to_buffered(&mut bytes);
     written.map_err(|e| encode_error(path, e))?;
-    std::fs::write(path, bytes.into_inner()).map_err(Error::file(path))
+    save_in_folder(path, &bytes.into_inner())
 }
 
 fn write_json(path: &Path, record: &impl Serialize) -> Result<()> {
     let mut text = serde_json::to_string_pretty(record).map_err(|e| encode_error(path, e))?;
     text.push('\n');
-    std::fs::write(path, text).map_err(Error::file(path))
+    save_in_folder(path, text.as_bytes())
 }
 
 /// `frame.json`: the keys that apply.

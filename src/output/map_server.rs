@@ -2,9 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::base::{Error, Result};
+use crate::base::Result;
 use crate::map::{CellClass, Grid, MapUpdate, Verdict};
-use crate::output::{encode_error, grid_mismatch};
+use crate::output::{encode_error, grid_mismatch, save_pair};
 
 const OCCUPIED: u8 = 0;
 const FREE: u8 = 254;
@@ -25,7 +25,7 @@ const UNKNOWN: u8 = 205;
 /// releases wrote, unknown space would come back as free.)
 ///
 /// # Errors
-/// [`Error::File`] where a file cannot be written, [`Error::Encode`] where costs, verdicts, classes or the layer of free cells
+/// [`crate::Error::File`] where a file cannot be written (older ones then stay), [`crate::Error::Encode`] where costs, verdicts, classes or the layer of free cells
 /// are not `width * height` cells.
 pub fn save_map(stem: &Path, map: &MapUpdate, free: Option<&[f32]>) -> Result<[PathBuf; 2]> {
     if let Some(reason) = grid_mismatch(map) {
@@ -50,13 +50,16 @@ fn verdict_is_free(verdict: Verdict) -> bool {
 }
 
 fn save(stem: &Path, grid: &Grid, greys: Vec<u8>) -> Result<[PathBuf; 2]> {
-    let stem = if stem.is_dir() { stem.join("map") } else { stem.to_owned() };
-    let [picture, description] = ["pgm", "yaml"].map(|extension| with_suffix(&stem, extension));
-    let pgm = pgm(grid, &greys);
-    std::fs::write(&picture, pgm).map_err(Error::file(&picture))?;
+    let [picture, description] = map_files(stem);
     let name = picture.file_name().unwrap_or_default().to_string_lossy();
-    std::fs::write(&description, yaml(grid, &name)).map_err(Error::file(&description))?;
+    save_pair((&picture, &pgm(grid, &greys)), (&description, yaml(grid, &name).as_bytes()))?;
     Ok([picture, description])
+}
+
+/// The two files that [`save_map`] writes for `stem`.
+pub fn map_files(stem: &Path) -> [PathBuf; 2] {
+    let stem = if stem.is_dir() { stem.join("map") } else { stem.to_owned() };
+    ["pgm", "yaml"].map(|extension| with_suffix(&stem, extension))
 }
 
 /// Appends, where `Path::with_extension` would cut `map.v2` short.

@@ -1,8 +1,6 @@
 //! Writers: MCAP, pictures, EXR dumps and map_server files.
 
-use std::fs::File;
-use std::io::BufWriter;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use crate::base::{Error, Result};
 use crate::config::SensorInfo;
@@ -16,14 +14,18 @@ mod mcap;
 mod ply;
 pub(crate) mod png;
 mod ros_file;
+mod staged;
 
 pub use exr::DumpSink;
 pub(crate) use exr::write_exr;
-pub use map_server::save_map;
+pub use map_server::{map_files, save_map};
 pub use mcap::{McapSink, occupancy_of_cost};
 pub use ply::save_scan;
 pub use png::PngSink;
 pub use ros_file::RosFile;
+pub(crate) use ros_file::abandon;
+pub(crate) use staged::{StagedFile, save_in_folder, save_pair};
+pub use staged::{free_path, save_file};
 
 /// Something that takes the results of a run, one after the other.
 ///
@@ -60,6 +62,26 @@ pub trait Sink {
     /// # Errors
     /// [`Error::File`] or [`Error::Encode`], both with the path.
     fn finish(&mut self) -> Result<()>;
+
+    /// Closes what was written by a run that did not come to its end: it failed, or was stopped by its user. Gives the file
+    /// that holds what was written, where it is not complete; `None` for what is complete piece by piece, and where nothing
+    /// was written.
+    ///
+    /// # Errors
+    /// As [`Sink::finish`].
+    fn abandon(&mut self, end: End) -> Result<Option<PathBuf>> {
+        let _ = end;
+        self.finish().map(|()| None)
+    }
+}
+
+/// How a run ended before its recording did.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum End {
+    /// By an error.
+    Failed,
+    /// As its user wanted.
+    Stopped,
 }
 
 /// Names that tell the sensors of a map apart in the paths of files; the map has its own, `map`.
@@ -110,10 +132,6 @@ fn grid_mismatch(map: &MapUpdate) -> Option<String> {
     let others = [("classes", map.classes.len()), ("verdicts", map.verdicts.len())];
     let other = others.into_iter().find(|(_, count)| *count != 0 && *count != costs)?;
     Some(format!("{costs} costs and {} {} do not fill the grid", other.1, other.0))
-}
-
-pub(crate) fn create_file(path: &Path) -> Result<BufWriter<File>> {
-    File::create(path).map(BufWriter::new).map_err(Error::file(path))
 }
 
 /// Makes `path` a folder; its parent must exist, so that a mistyped path is found out.

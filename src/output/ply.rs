@@ -3,8 +3,8 @@
 use std::io::Write as _;
 use std::path::Path;
 
-use crate::base::{Error, Result};
-use crate::output::create_file;
+use crate::base::Result;
+use crate::output::StagedFile;
 use crate::sensor::{Point, Scan, Strength};
 
 /// Writes a scan as a binary little-endian PLY file: per point `x`, `y`, `z` (metres), `intensity` as float where the scan has it, `ring` as
@@ -13,7 +13,7 @@ use crate::sensor::{Point, Scan, Strength};
 /// where the scan is labelled.
 ///
 /// # Errors
-/// [`Error::File`].
+/// [`crate::Error::File`].
 pub fn save_scan(path: &Path, scan: &Scan) -> Result<()> {
     let optional = Optional {
         intensity: scan.columns.intensity,
@@ -21,14 +21,11 @@ pub fn save_scan(path: &Path, scan: &Scan) -> Result<()> {
         strength: scan.points.iter().any(|point| point.strength != Strength::Unknown),
         label: scan.columns.label,
     };
-    let mut file = create_file(path)?;
-    let written = file.write_all(header(scan, optional).as_bytes()).and_then(|()| {
-        for point in &scan.points {
-            write_point(&mut file, point, optional)?;
-        }
-        file.flush()
+    let written = StagedFile::create_in_folder(path)?.filled(|file| {
+        file.write_all(header(scan, optional).as_bytes())?;
+        scan.points.iter().try_for_each(|point| write_point(file, point, optional))
     });
-    written.map_err(Error::file(path))
+    written?.commit()
 }
 
 /// Which properties a file has beside those that all have.

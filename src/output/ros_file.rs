@@ -11,7 +11,7 @@ use crate::base::{Error, Result};
 use crate::message::RosMessage;
 use crate::message::ros2::encode_cdr;
 use crate::message::schema;
-use crate::output::encode_error;
+use crate::output::{End, StagedFile, encode_error};
 
 /// A crash loses at most this many results.
 const RESULTS_PER_FLUSH: u64 = 15;
@@ -73,6 +73,11 @@ impl<W: Write + Seek> RosFile<W> {
         Ok(())
     }
 
+    /// Whether no message was written.
+    pub fn is_empty(&self) -> bool {
+        self.channels.is_empty()
+    }
+
     /// Ends what belongs to one result or frame; every fifteenth time what was written is flushed.
     ///
     /// # Errors
@@ -113,6 +118,17 @@ impl<W: Write + Seek> RosFile<W> {
         self.channels.insert(topic.to_owned(), Channel { id, sequence: 0 });
         Ok(())
     }
+}
+
+/// Ends a file that is not complete; where it is, unless it is empty.
+pub(crate) fn abandon(file: &mut RosFile<StagedFile>, end: End) -> Result<Option<PathBuf>> {
+    let is_empty = file.is_empty();
+    let Some(staged) = file.finish()? else { return Ok(None) };
+    if is_empty {
+        staged.discard();
+        return Ok(None);
+    }
+    Ok(Some(staged.keep(end == End::Stopped)))
 }
 
 fn finished(path: &Path) -> Error {

@@ -1,9 +1,10 @@
 //! What a run tells its user in words.
 
 use super::RunReport;
+use crate::base::Error;
 use crate::config::Method;
 use crate::mapper::SensorInfo;
-use crate::sensor::{DepthSpread, SensorKind, SensorModel};
+use crate::sensor::{DepthSpread, SensorModel};
 use crate::stage::camera::ingest::depth_range_m;
 
 /// Share of a camera's depth beyond the range that is used, from which its unit is in doubt.
@@ -79,26 +80,11 @@ fn rounded(m: f64) -> String {
     }
 }
 
-/// Why nothing was used, from what was counted, in words of the sensors that there are.
-pub(super) fn nothing_used(report: &RunReport, kinds: &[SensorKind]) -> String {
-    if let Some(reason) = report.sensors.iter().find_map(|sensor| sensor.first_refused.as_ref()) {
-        return reason.clone();
-    }
-    let skipped = report.read.read.skipped.iter();
-    let reasons: Vec<_> =
-        skipped.map(|s| format!("{}: {} ({} times)", s.source, s.reason, s.count)).take(3).collect();
-    let seen: u64 = report.read.sensors.iter().map(|sensor| sensor.seen).sum();
-    let alone = |kind| kinds.iter().all(|&other| other == kind);
-    let [what, no] = if alone(SensorKind::Lidar) {
-        ["scans", "no scan with points"]
-    } else if alone(SensorKind::Camera) {
-        ["depth images", "no depth image"]
-    } else {
-        ["depth images and scans", "no depth image and no scan with points"]
-    };
-    match (seen, reasons.is_empty()) {
-        (0, true) => format!("it holds {no}"),
-        (seen, true) => format!("none of its {seen} {what} lies in the wanted range"),
-        (seen, false) => format!("{seen} {what} seen; {}", reasons.join("; ")),
-    }
+/// The error where nothing was used, from what was counted.
+pub(super) fn nothing_used(report: &RunReport, sensors: &[SensorInfo]) -> Error {
+    let refused = report.sensors.iter().filter_map(|sensor| {
+        let first = sensor.first_refused.as_ref()?;
+        Some(format!("{}: refused {}, the first: {first}", sensor.name, sensor.refused))
+    });
+    report.read.nothing_used(sensors, refused.collect())
 }

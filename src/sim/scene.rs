@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::check;
 use super::material::Material;
 use super::settings::{Camera, Imager, Matcher};
-use crate::base::{Error, Result};
+use crate::base::{Error, Result, plain};
 
 /// A rectangle of floor with walls around it, where no other room adjoins: rooms that overlap or touch
 /// are open to each other, so that corridors are long rooms.
@@ -219,7 +219,7 @@ impl Scene {
     /// [`Error::Yaml`] with line and column for what is no scene, unknown keys among them;
     /// [`Error::Config`] with the key for what cannot be.
     pub fn from_yaml(text: &str) -> Result<Self> {
-        let scene: Self = serde_saphyr::from_str(text).map_err(|error| Error::Yaml(error.to_string()))?;
+        let scene: Self = serde_saphyr::from_str(text).map_err(|error| Error::Yaml(plain(&error)))?;
         scene.validate()?;
         Ok(scene)
     }

@@ -56,6 +56,42 @@ fn an_unknown_key_is_refused_with_the_nearest_and_its_place() {
 }
 
 #[test]
+fn messages_name_the_nearest_key_and_no_library() {
+    for (text, part) in [
+        ("static_transforms: [{parent: a, chidl: b}]\n", "`chidl` is unknown; the nearest key is `child`"),
+        ("tau: high\n", "expected a number"),
+        ("glass: 7\n", "expected true or false"),
+        ("tau: 0.3\ntau: 0.4\n", "duplicate mapping key: tau"),
+        ("limpid:\n  ros_parameters:\n    tau: 0.3\n", "no `ros__parameters` under it, but `ros_parameters`"),
+    ] {
+        let error = Config::from_yaml(text).unwrap_err().to_string();
+        assert!(error.contains(part), "{text}: {error}");
+        let foreign = ["expected one of `parent`", "f64", "DuplicateKeyPolicy"];
+        assert!(!foreign.iter().any(|word| error.contains(word)), "{text}: {error}");
+    }
+    let scene = include_str!("../../testdata/corridor.yaml").replace("step_m:", "stepp_m:");
+    let error = limpid::sim::Scene::from_yaml(&scene).unwrap_err().to_string();
+    assert!(error.contains("the nearest key is `step_m`") && error.lines().count() == 1, "{error}");
+}
+
+#[test]
+fn parameters_of_all_nodes_and_of_another_name_are_read() {
+    for name in ["/**", "/limpid", "limpid_front"] {
+        let config = Config::from_yaml(&format!("{name}:\n  ros__parameters:\n    tau: 0.4\n")).unwrap();
+        assert_eq!(config.tau, 0.4, "{name}");
+    }
+}
+
+#[test]
+fn leading_slashes_of_frames_mean_nothing() {
+    let text = "map_frame: /odom\nstatic_transforms: [{parent: /a, child: //b, translation_m: [0, 0, 0], \
+                rotation_xyzw: [0, 0, 0, 1]}]\n";
+    let config = Config::from_yaml(text).unwrap();
+    let stated = &config.static_transforms[0];
+    assert_eq!([&config.map_frame, &stated.parent, &stated.child], ["odom", "a", "b"]);
+}
+
+#[test]
 fn numbers_and_booleans_may_be_written_as_ros_writes_them() {
     let config =
         Config::from_yaml("glass: yes\nmap_size_m: 8\npair_tolerance_s: 1e-2\nweights: 'no'\n").unwrap();

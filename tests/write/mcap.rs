@@ -376,9 +376,11 @@ fn a_killed_run_leaves_what_was_flushed() {
     for _ in 0..40 {
         sink.write(&sample::output(), Some(&sample::input())).unwrap();
     }
-    let readable = readable(&path, "/limpid/costmap");
+    let partial = folder.path().join("out.partial.mcap");
+    let readable = readable(&partial, "/limpid/costmap");
     assert!((26..40).contains(&readable), "{readable} of 40 frames");
     sink.finish().unwrap();
+    assert!(path.exists() && !partial.exists());
 }
 
 /// Messages of a topic that can be read as after a kill: what the operating system has now, no footer.

@@ -9,4 +9,5 @@ mod mcap;
 mod pictures;
 mod room;
 mod several;
+mod staged;
 mod unwritable;

@@ -204,7 +204,7 @@ fn a_killed_run_of_a_lidar_leaves_the_maps_that_were_flushed() {
     for _ in 0..40 {
         sink.write(&scan, Some(&observed)).unwrap();
     }
-    let readable = super::mcap::readable(&path, "/limpid/classes");
+    let readable = super::mcap::readable(&folder.path().join("out.partial.mcap"), "/limpid/classes");
     assert!((26..40).contains(&readable), "{readable} of 40 scans");
     sink.finish().unwrap();
 }

@@ -14,6 +14,7 @@ use limpid::{Error, Result};
 use serde_json::Value;
 
 use self::shown::ToShow;
+use super::paths::{Paths, ends_in};
 use super::save;
 
 #[derive(Debug, Args)]
@@ -136,7 +137,24 @@ impl EvalArguments {
     }
 }
 
+impl EvalArguments {
+    /// Everything that is read and written.
+    fn paths<'a>(&'a self, config: &'a Config) -> Paths<'a> {
+        let inputs = self.inputs.iter().map(PathBuf::as_path).chain(self.show.iter().flat_map(ToShow::paths));
+        let paths = inputs.fold(Paths::default(), |paths, input| paths.reads("the recording", input));
+        paths
+            .may_read("-c", self.config.as_deref())
+            .may_read("--pairs", self.pairs.as_deref())
+            .may_read("--poses", self.poses.as_deref())
+            .reads_of(config)
+            .may_write("--json", self.json.as_deref())
+            .may_fill("--html", self.html.as_deref(), |path| ends_in(path, &["html", "png"]))
+            .may_fill("--keep", self.keep.as_deref(), |path| ends_in(path, &["json"]))
+    }
+}
+
 pub(crate) fn execute(arguments: &EvalArguments) -> Result<()> {
+    arguments.paths(&arguments.base_config()?).check()?;
     if let Some(folder) = &arguments.html {
         make_folder(folder)?;
     }

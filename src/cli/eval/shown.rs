@@ -30,6 +30,11 @@ impl FromStr for ToShow {
 }
 
 impl ToShow {
+    /// What is read of it.
+    pub(super) fn paths(&self) -> impl Iterator<Item = &Path> {
+        [Some(&self.recording), self.config.as_ref()].into_iter().flatten().map(PathBuf::as_path)
+    }
+
     /// The last two parts of its path: folders of a data set are numbers often.
     fn name(&self) -> String {
         let parts: Vec<_> = self.recording.iter().map(|part| part.to_string_lossy()).collect();

@@ -72,7 +72,9 @@ impl Records for Db3Records {
             Error::Format { path: path.into(), reason }
         };
         let mut found = topics(&connection).map_err(failed)?;
-        found.extend(counts(&connection).map(|message_counts| Record::Statistics { message_counts }));
+        let span_ns = span_ns(&connection);
+        found
+            .extend(counts(&connection).map(|message_counts| Record::Statistics { message_counts, span_ns }));
         Ok(found)
     }
 
@@ -217,6 +219,14 @@ fn topics(connection: &Connection) -> rusqlite::Result<Vec<Record>> {
         })
     };
     find.query_map([], topic)?.collect()
+}
+
+/// Times of the first and the last message, nanoseconds.
+fn span_ns(connection: &Connection) -> Option<[u64; 2]> {
+    let ends = |row: &rusqlite::Row<'_>| Ok([row.get::<_, Option<i64>>(0)?, row.get(1)?]);
+    let ends = connection.query_row("SELECT min(timestamp), max(timestamp) FROM messages", [], ends).ok()?;
+    let [Some(first), Some(last)] = ends else { return None };
+    Some([u64::try_from(first).ok()?, u64::try_from(last).ok()?])
 }
 
 /// How many messages the topics have; `None` where the table is damaged.

@@ -76,6 +76,22 @@ impl LogCamera {
         }
     }
 
+    /// What a channel is used for, if it is.
+    pub(super) fn role(&self, channel: &Channel) -> Option<&'static str> {
+        let Topics { depth, depth_info, color, color_info, confidence, .. } = &self.topics;
+        let roles = [
+            (Some(depth), "depth"),
+            (depth_info.as_ref(), "calibration of depth"),
+            (color.as_ref(), "colour"),
+            (color_info.as_ref(), "calibration of colour"),
+            (confidence.as_ref(), "confidence"),
+        ];
+        let named = roles.into_iter().find(|(topic, _)| *topic == Some(&channel.topic));
+        let by_frame = channel.kind.is_some_and(Kind::is_calibration)
+            && (depth_info.is_none() || color.is_some() && color_info.is_none());
+        named.map(|(_, role)| role).or(by_frame.then_some("calibration of its frame"))
+    }
+
     /// The frame of a topic whose messages do not name it.
     pub(super) fn frame_id(&self, topic: &str) -> Option<&str> {
         self.sdk.as_ref().and_then(|sdk| sdk.frame_id(topic))

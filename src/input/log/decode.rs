@@ -86,8 +86,8 @@ fn foxglove_transform(message: foxglove::FrameTransform, fixed: bool) -> Result<
     let parent_from_child = message.rotation.and_then(|q| Rigid::new([t.x, t.y, t.z], [q.x, q.y, q.z, q.w]));
     Ok(TransformEvent {
         stamp_ns: if fixed { 0 } else { foxglove::stamp_ns(message.timestamp)? },
-        parent: message.parent_frame_id,
-        child: message.child_frame_id,
+        parent: bare_frame(message.parent_frame_id),
+        child: bare_frame(message.child_frame_id),
         fixed,
         parent_from_child,
     })

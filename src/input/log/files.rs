@@ -104,6 +104,20 @@ pub(crate) struct LogFiles {
 }
 
 impl LogFiles {
+    /// What kind of recording it is, in words.
+    pub(super) fn format_name(&self) -> String {
+        let name = |format| match format {
+            Format::Mcap => "MCAP",
+            Format::Bag => "ROS 1 bag",
+            Format::Db3 => "SQLite bag of rosbag2",
+        };
+        let format = self.parts.first().map_or("no file", |part| name(part.format));
+        match self.parts.len() {
+            0 | 1 => format.into(),
+            parts => format!("{format}, {parts} files"),
+        }
+    }
+
     /// One file that is said to be of a format.
     pub(crate) fn one(path: &Path, format: Format) -> Result<Self> {
         Ok(Self { path: path.into(), parts: vec![LogPart::new(path, format)?], notes: Vec::new() })

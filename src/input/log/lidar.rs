@@ -7,6 +7,7 @@ use std::collections::VecDeque;
 
 use crate::base::Result;
 use crate::config::Config;
+use crate::input::frames::Posing;
 use crate::input::log::cameras::clouds_of_cameras;
 use crate::input::log::layout::Layout;
 use crate::input::log::motion::Motion;
@@ -72,6 +73,11 @@ impl LogLidar {
             report: ScanReport::default(),
             unusable: 0,
         }
+    }
+
+    /// How scans fared that asked for a pose.
+    pub(super) fn posing(&self) -> &Posing {
+        &self.poser.posing
     }
 
     /// Takes in a message; a bad one is counted.

@@ -1,5 +1,6 @@
 //! How the robot moved and where it was sent, as a log says: transforms, odometry, `geometry_msgs/PoseStamped`.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use glam::DVec2;
@@ -8,11 +9,13 @@ use crate::base::Result;
 use crate::config::Config;
 use crate::input::ReadReport;
 use crate::input::event::TransformEvent;
+use crate::input::frames::Posing;
 use crate::input::log::decode;
 use crate::input::log::odometry::Odometry;
 use crate::input::log::topics::{Channel, Channels, Kind};
 use crate::input::pose::PoseResolver;
 use crate::message::{bare_frame, ros2};
+use crate::sensor::SensorKind;
 
 /// Most goals kept: only the newest can still count, a bound against hostile files.
 const MAX_GOALS: usize = 1024;
@@ -36,6 +39,8 @@ pub(super) struct Motion {
     odometry: Option<Odometry>,
     goal_topic: Option<String>,
     goals: Vec<Goal>,
+    /// Odometry that is not configured, for messages: topic, frame and child frame, once a message has told them.
+    unread_odometry: BTreeMap<String, Option<[String; 2]>>,
 }
 
 impl Motion {
@@ -55,6 +60,11 @@ impl Motion {
             odometry_topic,
             goal_topic: channels.configured(path, "goal_topic", &config.goal_topic, is_goal)?,
             goals: Vec::new(),
+            unread_odometry: channels
+                .of_kind(is_odometry)
+                .map(|channel| (channel.topic.clone(), None))
+                .filter(|(topic, _)| *topic != config.odometry_topic)
+                .collect(),
         })
     }
 
@@ -74,6 +84,24 @@ impl Motion {
         self.has_transforms || self.odometry_topic.is_some()
     }
 
+    /// Why a sensor has no poses, and which keys to set.
+    pub(super) fn explain(&self, posing: &Posing, kind: SensorKind) -> Option<String> {
+        let odometry = self.unread_odometry.iter().next().map(|(topic, frames)| match frames {
+            Some([parent, child]) => format!(
+                "odometry of `{child}` in `{parent}` on {topic}: set odometry_topic: {topic}, map_frame: {parent} and base_frame: \
+                 {child}"
+            ),
+            None => format!("odometry on {topic}: set odometry_topic: {topic}"),
+        });
+        let odometry = odometry.unwrap_or_default();
+        let without = match odometry.as_str() {
+            "" if self.has_transforms => "the topics with transforms hold none that can be used".into(),
+            "" => "the recording has no transforms (no /tf, no /tf_static, no odometry)".into(),
+            odometry => format!("the recording has no transforms (/tf), but {odometry}"),
+        };
+        self.poses.explain(posing, kind, &without, &odometry)
+    }
+
     /// Takes in that the channels have become more.
     pub(super) fn learn(&mut self, channels: &Channels) {
         self.has_transforms |= channels.has_transforms();
@@ -83,7 +111,18 @@ impl Motion {
     pub(super) fn reads(&self, channel: &Channel) -> bool {
         let chosen = [&self.odometry_topic, &self.goal_topic];
         let is_chosen = chosen.into_iter().any(|topic| topic.as_ref() == Some(&channel.topic));
-        is_chosen || self.reads_transforms && channel.kind.is_some_and(Kind::is_transforms)
+        // One message tells the frames.
+        let is_told = self.reads_transforms && self.unread_odometry.get(&channel.topic) == Some(&None);
+        is_chosen || is_told || self.reads_transforms && channel.kind.is_some_and(Kind::is_transforms)
+    }
+
+    /// What a channel that is read here is used for.
+    pub(super) fn role(&self, channel: &Channel) -> &'static str {
+        match channel.kind {
+            _ if self.unread_odometry.contains_key(&channel.topic) => "poses only with odometry_topic",
+            Some(Kind::RosPoseStamped(_)) => "goal",
+            _ => "poses",
+        }
     }
 
     /// The transforms of a message, none for a goal, which is kept.
@@ -101,6 +140,11 @@ impl Motion {
         }
         if let (Kind::RosOdometry(_), Some(odometry)) = (kind, &mut self.odometry) {
             return Ok(odometry.take(decode::odometry(kind, payload)?, report));
+        }
+        if let Some(frames) = self.unread_odometry.get_mut(topic) {
+            let TransformEvent { parent, child, .. } = decode::odometry(kind, payload)?;
+            *frames = Some([parent, child]);
+            return Ok(Vec::new());
         }
         let mut transforms = decode::transforms(kind, topic.contains("static"), payload)?;
         if let Some(odometry) = &mut self.odometry {

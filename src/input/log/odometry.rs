@@ -3,6 +3,7 @@
 use crate::config::Config;
 use crate::input::ReadReport;
 use crate::input::event::TransformEvent;
+use crate::message::bare_name;
 
 /// Tells which of a log's transforms give way to those of `odometry_topic`.
 #[derive(Debug)]
@@ -20,9 +21,9 @@ pub(super) struct Odometry {
 impl Odometry {
     pub(super) fn new(config: &Config) -> Self {
         Self {
-            map_frame: config.map_frame.clone(),
-            base_frame: config.base_frame.clone(),
-            child: config.base_frame.clone(),
+            map_frame: bare_name(&config.map_frame).into(),
+            base_frame: bare_name(&config.base_frame).into(),
+            child: bare_name(&config.base_frame).into(),
             said: false,
             held: None,
         }

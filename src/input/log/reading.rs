@@ -1,11 +1,14 @@
 //! One pass over a log: what it says of any number of cameras and lidars, and of the robot's motion, which they share.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use crate::base::{Error, Result};
 use crate::input::ReadReport;
 use crate::input::event::{Event, TransformEvent};
+use crate::input::frames::FrameTree;
 use crate::input::log::decode::{self, CalibrationMessage};
+use crate::input::log::inventory::Counted;
 use crate::input::log::motion::Motion;
 use crate::input::log::sensor::{LogSensor, Reader};
 use crate::input::log::splits::{Splits, Survey};
@@ -87,6 +90,57 @@ impl Log {
             }
         }
         Ok(())
+    }
+
+    /// Takes in transforms, and counts messages by channel (all of them with `counts_all`), until the end or until so many
+    /// bytes are gone through.
+    ///
+    /// # Errors
+    /// [`Error::File`].
+    pub(super) fn skim(&mut self, counts_all: bool, most_bytes: u64) -> Result<BTreeMap<u32, Counted>> {
+        let mut counted = BTreeMap::new();
+        while self.records.offset() < most_bytes {
+            let (channels, motion) = (&self.channels, &self.motion);
+            let wanted =
+                |id: u32| counts_all || channels.get(id).is_some_and(|channel| motion.reads(channel));
+            let record = self.records.next(&wanted)?;
+            self.records.take_notes().into_iter().for_each(|note| self.report.note(note));
+            match record {
+                None => {
+                    self.at_end = true;
+                    break;
+                }
+                Some(Record::Message { channel_id, log_time_ns, data }) => {
+                    let channel = Counted::add(counted.get(&channel_id).copied(), log_time_ns);
+                    counted.insert(channel_id, channel);
+                    if self.channels.get(channel_id).is_some_and(|channel| self.motion.reads(channel)) {
+                        self.take_message(channel_id, log_time_ns, &data);
+                    }
+                }
+                Some(Record::Statistics { .. }) => {}
+                Some(about_channels) => {
+                    self.channels.learn(about_channels);
+                    self.motion.learn(&self.channels);
+                }
+            }
+        }
+        Ok(counted)
+    }
+
+    /// The frames that transforms were seen of.
+    pub(super) fn frames(&self) -> &FrameTree {
+        &self.motion.poses.frames
+    }
+
+    /// What each topic that is read is used for.
+    pub(super) fn uses(&self) -> Vec<(String, String)> {
+        let of_channel = |channel: &Channel| {
+            let of_sensor = |sensor: &LogSensor| Some(format!("{}: {}", sensor.name, sensor.role(channel)?));
+            let sensors = self.sensors.iter().filter_map(of_sensor);
+            let poses = self.motion.reads(channel).then(|| self.motion.role(channel).to_owned());
+            sensors.chain(poses).map(|role| (channel.topic.clone(), role)).collect::<Vec<_>>()
+        };
+        self.channels.all().flat_map(|(_, channel)| of_channel(channel)).collect()
     }
 
     /// Moves on what waits for nothing any more.
@@ -290,6 +344,14 @@ impl Log {
         }
     }
 
+    /// Why sensors have no poses, as far as the log was read.
+    pub(super) fn explain_poses(&self) -> impl Iterator<Item = String> {
+        self.sensors.iter().filter_map(|sensor| {
+            let (posing, kind) = sensor.posing()?;
+            self.motion.explain(posing, kind)
+        })
+    }
+
     /// How many scans a log whose one sensor is a lidar says it holds.
     pub(crate) fn scan_count_hint(&self) -> Option<u64> {
         match self.sensors.first().map(|sensor| &sensor.reader) {
@@ -307,9 +369,12 @@ impl Log {
         }
     }
 
-    /// What was met so far.
+    /// What was met so far; at the end of the log also why sensors have no poses.
     pub(crate) fn whole_report(&self) -> ReadReport {
         let mut whole = self.report.clone();
+        if self.at_end {
+            self.explain_poses().for_each(|told| whole.tell_frames(told));
+        }
         for report in self.sensors.iter().filter_map(LogSensor::report) {
             whole.depth_images += report.depth_images;
             merge(&mut whole, report);

@@ -43,6 +43,8 @@ pub(crate) enum Record {
     /// How many messages the channels have; none where a channel is not named.
     Statistics {
         message_counts: Vec<(u32, u64)>,
+        /// Log times of the first and the last message, nanoseconds.
+        span_ns: Option<[u64; 2]>,
     },
 }
 

@@ -3,12 +3,13 @@
 use std::collections::VecDeque;
 
 use crate::input::ReadReport;
+use crate::input::frames::Posing;
 use crate::input::log::camera::LogCamera;
 use crate::input::log::lidar::LogLidar;
 use crate::input::log::motion::Motion;
 use crate::input::log::topics::Channel;
 use crate::input::log::track::Track;
-use crate::sensor::Observation;
+use crate::sensor::{Observation, SensorKind};
 
 /// What a sensor's messages are read by.
 pub(super) enum Reader {
@@ -41,11 +42,29 @@ impl LogSensor {
         }
     }
 
+    /// What a channel is used for, if it is.
+    pub(super) fn role(&self, channel: &Channel) -> Option<&'static str> {
+        match &self.reader {
+            Reader::Camera(camera) => camera.role(channel),
+            Reader::Lidar(lidar) => (lidar.topic == channel.topic).then_some("scans"),
+            Reader::Absent => None,
+        }
+    }
+
     /// Stamp of the first observation that waits for more than its turn, nanoseconds.
     pub(super) fn waiting_ns(&self) -> Option<u64> {
         match &self.reader {
             Reader::Camera(camera) => camera.sync.waiting_ns(),
             Reader::Lidar(lidar) => lidar.waiting_ns(),
+            Reader::Absent => None,
+        }
+    }
+
+    /// How its observations fared that asked for a pose.
+    pub(super) fn posing(&self) -> Option<(&Posing, SensorKind)> {
+        match &self.reader {
+            Reader::Camera(camera) => Some((&camera.sync.posing, SensorKind::Camera)),
+            Reader::Lidar(lidar) => Some((lidar.posing(), SensorKind::Lidar)),
             Reader::Absent => None,
         }
     }

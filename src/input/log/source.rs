@@ -203,10 +203,13 @@ impl Source for LogSource {
 
     fn report(&self) -> SourceReport {
         let sensors = self.log.sensors.iter().zip(&self.turns);
-        SourceReport {
-            read: self.log.whole_report(),
-            sensors: sensors.map(|(sensor, turns)| sensor_report(sensor, turns)).collect(),
-        }
+        let mut read = self.log.whole_report();
+        self.log.explain_poses().for_each(|told| read.tell_frames(told));
+        SourceReport { read, sensors: sensors.map(|(sensor, turns)| sensor_report(sensor, turns)).collect() }
+    }
+
+    fn uses(&self) -> Vec<(String, String)> {
+        self.log.uses()
     }
 
     fn count_hint(&self) -> Option<u64> {

@@ -63,10 +63,10 @@ impl Ids {
                 let channel_id = *ids.channels.get(&channel_id)?;
                 return Some(Record::Message { channel_id, log_time_ns, data });
             }
-            Record::Statistics { message_counts } => {
+            Record::Statistics { message_counts, span_ns } => {
                 let ids = |(id, count): (u32, u64)| Some((*ids.channels.get(&id)?, count));
                 let message_counts = message_counts.into_iter().filter_map(ids).collect();
-                return Some(Record::Statistics { message_counts });
+                return Some(Record::Statistics { message_counts, span_ns });
             }
         };
         let next = u32::try_from(self.by_name.len()).ok()?;
@@ -77,11 +77,21 @@ impl Ids {
     }
 }
 
+/// The span of both.
+fn joined(a: Option<[u64; 2]>, b: Option<[u64; 2]>) -> Option<[u64; 2]> {
+    match (a, b) {
+        (Some([a0, a1]), Some([b0, b1])) => Some([a0.min(b0), a1.max(b1)]),
+        (a, b) => a.or(b),
+    }
+}
+
 /// What the files say of their channels, before their messages are read.
 #[derive(Debug, Default)]
 pub(super) struct Survey {
     pub(super) channels: Channels,
     ids: Ids,
+    /// Log times of the first and the last message, as far as summaries say so.
+    span_ns: Option<[u64; 2]>,
     /// What to tell of it.
     pub(super) notes: Vec<String>,
     /// Damage met while reading ahead, which is met again in reading.
@@ -181,7 +191,8 @@ impl Survey {
     /// Takes in a record of a summary; whether it has counts.
     fn learn(&mut self, file: usize, record: Record, counts: &mut Option<BTreeMap<u32, u64>>) -> bool {
         match self.ids.translate(file, record) {
-            Some(Record::Statistics { message_counts }) => {
+            Some(Record::Statistics { message_counts, span_ns }) => {
+                self.span_ns = joined(self.span_ns, span_ns);
                 for (id, count) in message_counts {
                     let Some(counts) = counts else { break };
                     let sum: &mut u64 = counts.entry(id).or_default();
@@ -216,7 +227,8 @@ impl Survey {
 
     fn finish(&mut self, counts: Option<BTreeMap<u32, u64>>, without_summary: &[String], parts: usize) {
         if let Some(counts) = counts {
-            self.channels.learn(Record::Statistics { message_counts: counts.into_iter().collect() });
+            let message_counts = counts.into_iter().collect();
+            self.channels.learn(Record::Statistics { message_counts, span_ns: self.span_ns });
         }
         match without_summary {
             [] => {}
@@ -238,6 +250,8 @@ pub(super) struct Splits {
     /// The file that is read, or the next one.
     at: usize,
     open: Option<Box<dyn Records + Send>>,
+    /// Bytes of the files before it.
+    passed_bytes: u64,
     notes: Vec<String>,
 }
 
@@ -249,7 +263,7 @@ impl Splits {
     pub(super) fn open(files: LogFiles, survey: Survey) -> Result<Self> {
         let Survey { ids, mut notes, .. } = survey;
         notes.extend(files.notes().iter().cloned());
-        let mut splits = Self { files, ids, at: 0, open: None, notes };
+        let mut splits = Self { files, ids, at: 0, open: None, passed_bytes: 0, notes };
         match splits.open_next() {
             Some(error) if splits.open.is_none() => Err(error),
             _ => Ok(splits),
@@ -301,11 +315,17 @@ impl Splits {
                     }
                 }
                 None => {
+                    self.passed_bytes += records.offset();
                     self.open = None;
                     self.at += 1;
                 }
             }
         }
+    }
+
+    /// Bytes that were gone through.
+    pub(super) fn offset(&self) -> u64 {
+        self.passed_bytes + self.open.as_ref().map_or(0, |records| records.offset())
     }
 
     /// What was met and should be told, each once.

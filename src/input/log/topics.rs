@@ -134,7 +134,7 @@ pub(super) struct Channel {
     pub(super) kind: Option<Kind>,
     pub(super) schema: String,
     /// Schema and message encoding, for messages to the user.
-    type_name: String,
+    pub(super) type_name: String,
     /// Where the summary says how many.
     pub(super) messages: Option<u64>,
     /// What its first message shows, where that was read.
@@ -155,6 +155,9 @@ pub(super) struct Channels {
     pub(super) by_id: BTreeMap<u32, Channel>,
     /// Of clouds, by topic, where it takes these to choose.
     pub(super) layouts: BTreeMap<String, Layout>,
+    by_id: BTreeMap<u32, Channel>,
+    /// Log times of the first and the last message where the summary says so, nanoseconds.
+    span_ns: Option<[u64; 2]>,
 }
 
 impl Channels {
@@ -165,7 +168,8 @@ impl Channels {
                 let channel = || Channel::new(topic, &message_encoding, &type_name);
                 self.by_id.entry(id).or_insert_with(channel);
             }
-            Record::Statistics { message_counts } => {
+            Record::Statistics { message_counts, span_ns } => {
+                self.span_ns = span_ns;
                 for channel in self.by_id.values_mut() {
                     channel.messages = Some(0);
                 }
@@ -182,6 +186,20 @@ impl Channels {
 
     pub(super) fn get(&self, id: u32) -> Option<&Channel> {
         self.by_id.get(&id)
+    }
+
+    /// All channels with their numbers.
+    pub(super) fn all(&self) -> impl Iterator<Item = (u32, &Channel)> {
+        self.by_id.iter().map(|(&id, channel)| (id, channel))
+    }
+
+    /// Whether the summary says how many messages there are.
+    pub(super) fn is_counted(&self) -> bool {
+        self.by_id.values().any(|channel| channel.messages.is_some())
+    }
+
+    pub(super) fn span_ns(&self) -> Option<[u64; 2]> {
+        self.span_ns
     }
 
     pub(super) fn is_empty(&self) -> bool {

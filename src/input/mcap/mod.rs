@@ -30,6 +30,8 @@ fn parse(opcode: u8, data: &[u8]) -> Result<Option<Record>, McapError> {
             message_encoding: channel.message_encoding,
         }),
         McapRecord::Statistics(statistics) => Some(Record::Statistics {
+            span_ns: (statistics.message_count > 0)
+                .then_some([statistics.message_start_time, statistics.message_end_time]),
             message_counts: statistics
                 .channel_message_counts
                 .into_iter()

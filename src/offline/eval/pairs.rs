@@ -6,7 +6,7 @@ use serde::Deserialize;
 use serde_json::{Map, Value, json};
 
 use crate::base::Rigid;
-use crate::base::{Error, Result};
+use crate::base::{Error, Result, plain};
 use crate::config::{Config, Method};
 use crate::input::image_decode::{Decoded, color_from_file, depth_from_file, read_file};
 use crate::mapper::{Mapper, Options, SensorInfo};
@@ -68,7 +68,7 @@ impl PairList {
     pub fn read(path: &Path) -> Result<Self> {
         let text = std::fs::read_to_string(path).map_err(Error::file(path))?;
         let bad = |reason: String| Error::Format { path: path.into(), reason };
-        let list: Self = serde_saphyr::from_str(&text).map_err(|error| bad(error.to_string()))?;
+        let list: Self = serde_saphyr::from_str(&text).map_err(|error| bad(plain(&error)))?;
         if list.pairs.is_empty() {
             return Err(bad("`pairs` is empty".into()));
         }

@@ -46,7 +46,10 @@ pub fn show(recording: &mut dyn Recording, config: &Config, adapter: Option<&str
         frames += 1;
         last = Some((frame, entries));
     }
-    let reason = || Error::Empty { reason: "no frame with a pose to show".into() };
+    let reason = || {
+        let causes: Vec<_> = recording.report().causes().collect();
+        Error::Empty { reason: format!("no frame with a pose to show; {}", causes.join("; ")) }
+    };
     let (frame, entries) = last.ok_or_else(reason)?;
     Ok(Shown { frame, entries, frames })
 }

@@ -9,6 +9,7 @@ use safetensors::tensor::TensorView;
 use crate::base::{Error, Result};
 use crate::network::weights::{INPUT_CHANNELS, NATIVE_SIZE};
 use crate::offline::targets::sample::Sample;
+use crate::output::save_in_folder;
 
 /// Samples in one file; a longer recording goes on in another.
 pub(super) const MOST_SAMPLES: usize = 64;
@@ -113,7 +114,7 @@ impl SampleFile {
             tensors.push((*name, TensorView::new(*dtype, shape, bytes).map_err(bad)?));
         }
         let bytes = safetensors::serialize(tensors, Some(self.metadata.clone())).map_err(bad)?;
-        std::fs::write(&path, bytes).map_err(Error::file(&path))?;
+        save_in_folder(&path, &bytes)?;
         self.written.push(path);
         self.part += 1;
         self.count = 0;

@@ -1,7 +1,5 @@
 //! Results as an MCAP that Foxglove, RViz and Nav2's tools open without configuration.
 
-use std::fs::File;
-use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 
 use self::camera::CameraTopics;
@@ -12,7 +10,7 @@ use crate::map::{Seen, Update};
 use crate::message::RosMessage;
 use crate::message::ros2::{Header, TFMessage, TransformStamped};
 use crate::output::ros_file::RosFile;
-use crate::output::{Sink, create_file, encode_error, one_of_several};
+use crate::output::{End, Sink, StagedFile, abandon, encode_error, one_of_several};
 use crate::sensor::{Observation, SensorData};
 
 mod camera;
@@ -67,7 +65,7 @@ pub struct McapSink {
 /// The file, and the path that names it in errors.
 struct Out {
     path: PathBuf,
-    file: RosFile<BufWriter<File>>,
+    file: RosFile<StagedFile>,
 }
 
 impl Out {
@@ -121,12 +119,12 @@ impl SensorTopics {
 }
 
 impl McapSink {
-    /// Creates (or replaces) the file `path`; `sensors` as [`Update::sensor`] counts them.
+    /// Starts the file `path`, which takes its name, or an older one's place, when it is finished; `sensors` as [`Update::sensor`] counts them.
     ///
     /// # Errors
     /// [`Error::File`] where it cannot be created.
     pub fn create(path: &Path, config: &Config, sensors: &[SensorInfo]) -> Result<Self> {
-        let file = RosFile::new(create_file(path)?, path)?;
+        let file = RosFile::new(StagedFile::create(path)?, path)?;
         Ok(Self {
             out: Out { path: path.into(), file },
             base_frame: config.base_frame.clone(),
@@ -189,6 +187,14 @@ impl McapSink {
     }
 }
 
+/// Completes what was written by a sink that was neither finished nor abandoned; an older file stays.
+impl Drop for McapSink {
+    fn drop(&mut self) {
+        // There is nobody to tell.
+        let _ = self.abandon(End::Stopped);
+    }
+}
+
 impl Sink for McapSink {
     fn write(&mut self, update: &Update, observation: Option<&Observation>) -> Result<()> {
         let observed = self.observed(update, observation)?;
@@ -208,6 +214,10 @@ impl Sink for McapSink {
     }
 
     fn finish(&mut self) -> Result<()> {
-        self.out.file.finish().map(|_| ())
+        self.out.file.finish()?.map_or(Ok(()), StagedFile::commit)
+    }
+
+    fn abandon(&mut self, end: End) -> Result<Option<PathBuf>> {
+        abandon(&mut self.out.file, end)
     }
 }

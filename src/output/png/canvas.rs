@@ -6,9 +6,9 @@ use std::path::Path;
 use image::codecs::png::PngEncoder;
 use image::{ExtendedColorType, ImageEncoder};
 
-use crate::base::{Error, Result};
-use crate::output::encode_error;
+use crate::base::Result;
 use crate::output::png::font::{GLYPH_HEIGHT, GLYPH_WIDTH, glyph};
+use crate::output::{encode_error, save_in_folder};
 
 /// Red, green, blue.
 pub(crate) type Rgb = [u8; 3];
@@ -135,6 +135,6 @@ impl Canvas {
         PngEncoder::new(&mut bytes)
             .write_image(&self.rgb, self.width, self.height, ExtendedColorType::Rgb8)
             .map_err(|e| encode_error(path, e))?;
-        std::fs::write(path, bytes.into_inner()).map_err(Error::file(path))
+        save_in_folder(path, &bytes.into_inner())
     }
 }

@@ -1,8 +1,6 @@
 //! A simulated recording as ROS 2 MCAP.
 
-use std::fs::File;
-use std::io::BufWriter;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use serde_bytes::Bytes;
 
@@ -14,7 +12,7 @@ use crate::message::ros2::{
     CameraInfo, Header, Image, Pose, Quaternion, TFMessage, Time, TransformStamped, Vector3,
 };
 use crate::message::written::{MapMetaData, OccupancyGrid, RosString};
-use crate::output::{RosFile, create_file};
+use crate::output::{End, RosFile, StagedFile, abandon};
 use crate::sensor::CameraModel;
 use crate::sim::frame::SimFrame;
 use crate::sim::scene::Scene;
@@ -35,7 +33,7 @@ const OPTICAL_FRAME: &str = "camera_color_optical_frame";
 /// | `/camera/camera/infra1/image_rect_raw`, `infra2` | `mono8`, where asked for |
 /// | `/truth/...` | ground truth |
 pub struct McapRecorder {
-    file: RosFile<BufWriter<File>>,
+    file: RosFile<StagedFile>,
     camera: CameraModel,
     mount: Rigid,
     scene_yaml: Option<String>,
@@ -43,13 +41,13 @@ pub struct McapRecorder {
 }
 
 impl McapRecorder {
-    /// Creates (or replaces) the file.
+    /// Starts the file, which takes its name, or an older one's place, when it is finished.
     ///
     /// # Errors
     /// [`crate::Error::File`] where it cannot be created.
     pub fn create(path: &Path, scene: &Scene, infrared: bool) -> Result<Self> {
         Ok(Self {
-            file: RosFile::new(create_file(path)?, path)?,
+            file: RosFile::new(StagedFile::create(path)?, path)?,
             camera: scene.camera.model(),
             mount: base_from_camera(&scene.camera),
             scene_yaml: Some(scene.to_yaml()?),
@@ -132,6 +130,10 @@ impl Recorder for McapRecorder {
     }
 
     fn finish(&mut self) -> Result<()> {
-        self.file.finish().map(|_| ())
+        self.file.finish()?.map_or(Ok(()), StagedFile::commit)
+    }
+
+    fn abandon(&mut self, end: End) -> Result<Option<PathBuf>> {
+        abandon(&mut self.file, end)
     }
 }

@@ -3,7 +3,7 @@
 mod mcap;
 mod tum;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 pub use mcap::McapRecorder;
 pub use tum::TumRecorder;
@@ -12,6 +12,7 @@ use super::frame::SimFrame;
 use super::scene::Scene;
 use crate::base::Result;
 use crate::map::Grid;
+use crate::output::End;
 
 /// Takes simulated frames in their order.
 pub trait Recorder {
@@ -26,6 +27,20 @@ pub trait Recorder {
     /// # Errors
     /// As for writing.
     fn finish(&mut self) -> Result<()>;
+
+    /// Closes a recording that was not completed; the file that holds it, where it is not a folder.
+    ///
+    /// # Errors
+    /// As for writing.
+    fn abandon(&mut self, end: End) -> Result<Option<PathBuf>> {
+        let _ = end;
+        self.finish().map(|()| None)
+    }
+}
+
+/// Whether a recording of that name is an MCAP file.
+pub fn is_mcap(path: &Path) -> bool {
+    path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("mcap"))
 }
 
 /// An MCAP file where the name ends in `.mcap`, else a folder; `infrared`: with the two infrared images.
@@ -33,7 +48,7 @@ pub trait Recorder {
 /// # Errors
 /// [`crate::Error::File`] where it cannot be created.
 pub fn recorder(path: &Path, scene: &Scene, infrared: bool) -> Result<Box<dyn Recorder>> {
-    if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("mcap")) {
+    if is_mcap(path) {
         return Ok(Box::new(McapRecorder::create(path, scene, infrared)?));
     }
     Ok(Box::new(TumRecorder::create(path, scene, infrared)?))

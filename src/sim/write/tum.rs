@@ -1,14 +1,16 @@
 //! A simulated recording as a TUM RGB-D folder.
 
 use std::fmt::Write as _;
+use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
-use image::{ExtendedColorType, save_buffer};
+use image::codecs::png::PngEncoder;
+use image::{ExtendedColorType, ImageEncoder};
 
 use super::Recorder;
-use crate::base::{Error, Result};
+use crate::base::Result;
 use crate::map::Grid;
-use crate::output::{create_folder, encode_error, write_exr};
+use crate::output::{create_folder, encode_error, save_in_folder, write_exr};
 use crate::sensor::CameraModel;
 use crate::sim::frame::SimFrame;
 use crate::sim::scene::Scene;
@@ -29,7 +31,7 @@ impl TumRecorder {
     /// Creates the folder unless it is there, and its parts.
     ///
     /// # Errors
-    /// [`Error::File`] where that is not possible.
+    /// [`crate::Error::File`] where that is not possible.
     pub fn create(folder: &Path, scene: &Scene, infrared: bool) -> Result<Self> {
         let parts = ["", "rgb", "depth", "truth", "truth/depth", "truth/material", "truth/map"];
         let more = ["infra1", "infra2"];
@@ -45,8 +47,7 @@ impl TumRecorder {
     }
 
     fn text(&self, name: &str, text: &str) -> Result<()> {
-        let path = self.folder.join(name);
-        std::fs::write(&path, text).map_err(Error::file(path))
+        save_in_folder(&self.folder.join(name), text.as_bytes())
     }
 
     fn picture(&self, name: &str, bytes: &[u8], kind: ExtendedColorType) -> Result<()> {
@@ -56,7 +57,11 @@ impl TumRecorder {
 }
 
 fn save_png(path: &Path, bytes: &[u8], [width, height]: [u32; 2], kind: ExtendedColorType) -> Result<()> {
-    save_buffer(path, bytes, width, height, kind).map_err(|error| encode_error(path, error))
+    let mut png = Cursor::new(Vec::new());
+    PngEncoder::new(&mut png)
+        .write_image(bytes, width, height, kind)
+        .map_err(|error| encode_error(path, error))?;
+    save_in_folder(path, &png.into_inner())
 }
 
 fn camera_yaml(camera: &CameraModel) -> String {

@@ -1,17 +1,32 @@
 //! `limpid info`.
 
+mod recording;
+
+use std::path::PathBuf;
+
 use clap::Args;
 use limpid::Result;
 use limpid::gpu::{AdapterReport, adapters};
 
 #[derive(Debug, Args)]
 pub(crate) struct InfoArguments {
+    /// Recording to look into: its topics, rates and frames, what would be used, and what is missing; nothing is run
+    recording: Option<PathBuf>,
+    /// Parameters in YAML that the recording would be run with
+    #[arg(short, long, value_name = "FILE", requires = "recording")]
+    config: Option<PathBuf>,
+    /// Print what is known of the recording as JSON
+    #[arg(long, requires = "recording")]
+    json: bool,
     /// Mark the adapter whose name or driver contains this
-    #[arg(long, value_name = "NAME")]
+    #[arg(long, value_name = "NAME", conflicts_with = "recording")]
     adapter: Option<String>,
 }
 
 pub(crate) fn execute(arguments: &InfoArguments) -> Result<()> {
+    if let Some(path) = &arguments.recording {
+        return recording::execute(path, arguments.config.as_deref(), arguments.json);
+    }
     println!("limpid {}", env!("CARGO_PKG_VERSION"));
     for report in adapters(arguments.adapter.as_deref())? {
         print_adapter(&report);
