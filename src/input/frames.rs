@@ -252,7 +252,11 @@ impl FrameTree {
         let chain = self.chain(anchor);
         let alike = chain.iter().rev().find(|above| is_alike(above, map)).copied();
         let root = chain.last().copied().unwrap_or(anchor);
-        let moves = chain.iter().any(|at| self.links.get(*at).is_some_and(|link| !link.fixed));
+        let moves = if self.knows(frame) {
+            chain.iter().any(|at| self.links.get(*at).is_some_and(|link| !link.fixed))
+        } else {
+            self.links.values().any(|link| !link.fixed)
+        };
         if alike.is_none() && !moves {
             if !asked.odometry.is_empty() {
                 return format!("none of them moves, but there is {}", asked.odometry);

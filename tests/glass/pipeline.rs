@@ -279,7 +279,7 @@ fn files_that_hold_no_panes_are_refused() {
         assert!(error.contains("panes.yaml") && error.contains(part), "{error}");
     };
     refused("panes: 3", "panes");
-    refused("windows: []", "unknown field");
+    refused("windows: []", "`windows` is unknown");
     let good = "panes:\n  - {id: 1, normal: [1.0, 0.0, 0.0], distance_m: 4.0, level_axis: [0.0, 1.0, 0.0], \
                 extent_m: [-1.0, 1.0, -1.0, 1.0], bright_above: 0.0, hits: 1, misses: 0, age: 1}\n";
     std::fs::write(&path, good).unwrap();

@@ -155,7 +155,6 @@ pub(super) struct Channels {
     pub(super) by_id: BTreeMap<u32, Channel>,
     /// Of clouds, by topic, where it takes these to choose.
     pub(super) layouts: BTreeMap<String, Layout>,
-    by_id: BTreeMap<u32, Channel>,
     /// Log times of the first and the last message where the summary says so, nanoseconds.
     span_ns: Option<[u64; 2]>,
 }
