@@ -8,13 +8,14 @@ use std::ops::Range;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-use crate::base::{Error, Result, duration_ns};
+use crate::base::{Error, Refused, Result, duration_ns};
 use crate::config::Config;
 use crate::input::{Source, SourceReport};
 use crate::map::{GroundRun, Update};
 use crate::mapper::{Mapper, Options, SensorInfo, Submitted};
 use crate::output::{End, Sink};
 pub use crate::run::mount::{Mistake, MountHint};
+pub use crate::run::notes::method_note;
 use crate::sensor::{DepthSpread, Observation};
 
 /// What a run did with one sensor.
@@ -324,7 +325,7 @@ impl Run<'_> {
             drained = self.take(&mut mapper);
         }
         self.report.elapsed = start.elapsed();
-        self.report.notes = self.source.sensors().iter().filter_map(notes::method).collect();
+        self.report.notes = self.source.sensors().iter().filter_map(method_note).collect();
         self.report.notes.extend(mapper.notes());
         outcome.and(drained)
     }

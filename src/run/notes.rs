@@ -17,7 +17,7 @@ const ODD_TIMES: f64 = 1.5;
 const LEAST_DEPTHS: u64 = 200;
 
 /// What method `auto` comes to.
-pub(super) fn method(sensor: &SensorInfo) -> Option<String> {
+pub fn method_note(sensor: &SensorInfo) -> Option<String> {
     let SensorModel::Camera(info) = &sensor.model else { return None };
     let note = match &sensor.color_missing {
         None if info.color.is_some() => {

@@ -54,7 +54,8 @@ struct Sensor {
 }
 
 pub(super) fn execute(path: &Path, config: Option<&Path>, json: bool) -> Result<()> {
-    let common = Common { config: config.map(Into::into), method: None, weights: None, adapter: None };
+    let common =
+        Common { config: config.map(Into::into), method: None, weights: None, port: None, adapter: None };
     let config = common.config()?;
     let inventory = Inventory::of(path, &config)?;
     let mut report = Report {

@@ -45,7 +45,7 @@ pub(super) fn calibration(kind: Kind, payload: &[u8]) -> Result<CalibrationMessa
                 foxglove::decode_protobuf("foxglove.CameraCalibration", payload)?;
             let (calibration, stamp_ns) =
                 (Calibration::of_foxglove(&info), foxglove::stamp_ns(info.timestamp)?);
-            Ok(CalibrationMessage { stamp_ns, frame_id: info.frame_id, calibration })
+            Ok(CalibrationMessage { stamp_ns, frame_id: bare_frame(info.frame_id), calibration })
         }
         _ => Err(decode_error("calibration", "the topic holds another type")),
     }
