@@ -42,7 +42,7 @@ impl DumpSink {
     /// Creates the folder `folder` unless it is there; `sensors` as [`Update::sensor`] counts them.
     ///
     /// # Errors
-    /// [`Error::File`] where it cannot be created.
+    /// [`crate::Error::File`] where it cannot be created.
     pub fn create(folder: &Path, _config: &Config, sensors: &[SensorInfo]) -> Result<Self> {
         create_folder(folder)?;
         Ok(Self { folder: folder.into(), names: FileNames::of(sensors) })

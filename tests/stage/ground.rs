@@ -266,7 +266,7 @@ fn twin_of_samples_of_pixels_and_points_at_all_sizes() {
             let nearest = all.iter().map(|(at, _)| {
                 (*at - DVec3::new(sample[0].into(), sample[1].into(), sample[2].into())).length()
             });
-            assert!(nearest.fold(f64::INFINITY, f64::min) < f64::from(PLACE.absolute), "{sample:?}");
+            assert!(nearest.fold(f64::INFINITY, f64::min) < PLACE.absolute, "{sample:?}");
         }
         if points <= MOST_SAMPLES {
             assert_eq!(got.iter().filter(|sample| sample[3] > 0.0).count(), all.len());
