@@ -12,6 +12,9 @@ pub mod sensor;
 pub mod base;
 #[doc(hidden)]
 pub mod gpu;
+#[cfg(feature = "ros2")]
+#[doc(hidden)]
+pub mod live;
 #[doc(hidden)]
 pub mod mapper;
 #[doc(hidden)]
@@ -20,6 +23,9 @@ pub mod message;
 pub mod network;
 #[doc(hidden)]
 pub mod offline;
+#[cfg(feature = "ros2")]
+#[doc(hidden)]
+pub mod ros2;
 #[doc(hidden)]
 pub mod sim;
 #[doc(hidden)]

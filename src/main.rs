@@ -4,12 +4,11 @@ mod cli;
 
 use std::process::ExitCode;
 
-use clap::Parser;
 use limpid::Error;
 
 fn main() -> ExitCode {
     silence_wayland();
-    match cli::execute(cli::Arguments::parse()) {
+    match cli::run(std::env::args().collect()) {
         Ok(code) => code,
         Err(error) => {
             cli::tell(&error);

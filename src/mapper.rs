@@ -44,6 +44,9 @@ pub struct Options {
     pub layers: bool,
     /// Whether the map of one sensor comes with its verdicts; that of several always does.
     pub verdicts: bool,
+    /// Whether the map goes on without data, as on a robot: even that of one sensor is published apart
+    /// ([`Mapper::publish`]); images are read back without colour.
+    pub live: bool,
 }
 
 /// What became of an observation that was given to the mapper.
@@ -279,6 +282,11 @@ impl Mapper {
         self.published += 1;
         self.order.push_back(number);
         Ok(true)
+    }
+
+    /// Whether a sensor that is not stale yet would be so at that time; `now_ns` as for [`Mapper::publish`].
+    pub fn goes_stale(&self, now_ns: u64) -> bool {
+        self.clock.states_at(now_ns) != self.clock.states()
     }
 
     /// Time of the newest observation, nanoseconds in the map's time; 0 before the first.

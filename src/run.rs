@@ -208,18 +208,18 @@ fn abandon(sinks: &mut [Box<dyn Sink>], end: End) -> Result<Vec<PathBuf>> {
 }
 
 /// When the map of several sensors is published: with the first observation, and then with the first after each period.
-struct Rhythm {
+pub(crate) struct Rhythm {
     period_ns: u64,
     due_ns: Option<u64>,
 }
 
 impl Rhythm {
-    fn of(config: &Config) -> Self {
+    pub(crate) fn of(config: &Config) -> Self {
         Self { period_ns: duration_ns(1.0 / config.publish_rate_hz), due_ns: None }
     }
 
     /// Whether the map is to be published now that an observation was taken.
-    fn is_due(&mut self, mapper: &Mapper) -> bool {
+    pub(crate) fn is_due(&mut self, mapper: &Mapper) -> bool {
         let (now_ns, due_ns) = (mapper.now_ns(), self.due_ns);
         if !mapper.publishes() || due_ns.is_some_and(|due_ns| now_ns < due_ns) {
             return false;

@@ -16,6 +16,8 @@ mod glass;
 mod golden;
 mod ground;
 mod lidar;
+#[cfg(feature = "ros2")]
+mod live;
 mod map;
 mod network;
 mod one_hall;

@@ -148,6 +148,14 @@ pub enum Error {
         /// What was met instead.
         reason: String,
     },
+    /// DDS, or a name in ROS 2, refused an operation.
+    #[error("ROS 2, {what}: {reason}")]
+    Ros2 {
+        /// The topic, name or operation.
+        what: String,
+        /// What is wrong.
+        reason: String,
+    },
     /// What a tool was given does not fit: its size, its type or its numbers.
     #[error("input `{what}`: {reason}")]
     Input {

@@ -9,9 +9,15 @@ mod demo;
 mod eval;
 mod info;
 mod net;
+#[cfg(feature = "ros2")]
+mod node;
 mod paths;
+#[cfg(feature = "ros2")]
+mod play;
 mod points;
 mod profile;
+#[cfg(feature = "ros2")]
+mod ros_args;
 mod run;
 mod score;
 mod sim;
@@ -46,6 +52,12 @@ enum Verb {
     Demo(demo::DemoArguments),
     /// List GPU adapters, and which would be used and why
     Info(info::InfoArguments),
+    /// Be a ROS 2 node: the map of what a robot's sensors see
+    #[cfg(feature = "ros2")]
+    Node(node::NodeArguments),
+    /// Publish a recording into a ROS 2 graph, at its own pace
+    #[cfg(feature = "ros2")]
+    Play(play::PlayArguments),
     /// Print every parameter with its default, as a file to start from
     Config(config::ConfigArguments),
     /// Check a weight file and print weights, biases and multiply-accumulates by block
@@ -95,12 +107,17 @@ impl Common {
     }
 
     fn config(&self) -> Result<Config> {
+        self.config_of(self.config.as_deref())
+    }
+
+    /// The parameters of a file, with what the command line states.
+    fn config_of(&self, file: Option<&Path>) -> Result<Config> {
         // A file that is not there is wrong usage, as wrong content is.
         let as_usage = |error| match error {
             Error::File { .. } => Error::Yaml(error.to_string()),
             other => other,
         };
-        let mut config = match self.config.as_deref() {
+        let mut config = match file {
             Some(path) => Config::read(path).map_err(as_usage)?,
             None => Config::default(),
         };
@@ -116,11 +133,38 @@ impl Common {
     }
 }
 
-pub(crate) fn execute(arguments: Arguments) -> Result<ExitCode> {
+/// Runs the command line; wrong usage ends the process, as clap does.
+#[cfg(feature = "ros2")]
+pub(crate) fn run(line: Vec<String>) -> Result<ExitCode> {
+    let (own, ros) = ros_args::RosArgs::split(line)?;
+    let mut arguments = Arguments::parse_from(own);
+    match &mut arguments.verb {
+        Verb::Play(arguments) => arguments.ros = ros,
+        Verb::Node(arguments) => arguments.ros = ros,
+        _ if ros != ros_args::RosArgs::default() => {
+            let reason = "is for `limpid node` and `limpid play` alone".into();
+            return Err(Error::Config { key: "--ros-args".into(), reason });
+        }
+        _ => {}
+    }
+    execute(arguments)
+}
+
+/// Runs the command line; wrong usage ends the process, as clap does.
+#[cfg(not(feature = "ros2"))]
+pub(crate) fn run(line: Vec<String>) -> Result<ExitCode> {
+    execute(Arguments::parse_from(line))
+}
+
+fn execute(arguments: Arguments) -> Result<ExitCode> {
     match arguments.verb {
         Verb::Run(arguments) => return run::execute(&arguments),
         Verb::Sim(arguments) => return sim::execute(&arguments),
         Verb::Demo(arguments) => return demo::execute(&arguments),
+        #[cfg(feature = "ros2")]
+        Verb::Node(arguments) => node::execute(&arguments)?,
+        #[cfg(feature = "ros2")]
+        Verb::Play(arguments) => play::execute(&arguments)?,
         Verb::Info(arguments) => info::execute(&arguments)?,
         Verb::Config(arguments) => config::execute(&arguments),
         Verb::Net(arguments) => net::execute(&arguments)?,

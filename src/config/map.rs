@@ -64,8 +64,18 @@ impl Config {
             ("cell_timeout_s", self.cell_timeout_s),
             ("order_window_s", self.order_window_s),
             ("drop_m", self.drop_m),
+            ("wait_s", self.wait_s),
+            ("publish_deadline_s", self.publish_deadline_s),
         ])?;
         positive(&[("publish_rate_hz", self.publish_rate_hz), ("ground_keep_s", self.ground_keep_s)])?;
+        if !(0.0..=50.0).contains(&self.full_map_m) {
+            return Err(bad_key("full_map_m", format!("{} is not in [0, 50]", self.full_map_m)));
+        }
+        let percent = self.degraded_speed_percent;
+        if !(percent > 0.0 && percent <= 100.0) {
+            let reason = format!("{percent} is not above 0 and up to 100; to Nav2 a limit of 0 is none");
+            return Err(bad_key("degraded_speed_percent", reason));
+        }
         if !(1..=MAX_POINTS).contains(&self.max_points) {
             return Err(bad_key("max_points", format!("{} is not in 1..={MAX_POINTS}", self.max_points)));
         }

@@ -16,6 +16,7 @@ mod lidar;
 mod map;
 mod parse;
 mod sensors;
+mod set;
 mod validate;
 
 pub use crate::sensor::SensorKind;
@@ -204,6 +205,18 @@ pub struct Config {
     pub cell_timeout_s: f64,
     /// How long a message of one of several sensors waits for earlier ones of the others, seconds.
     pub order_window_s: f64,
+    /// Live: how long a depth image or a scan waits at most for what belongs to it, seconds.
+    pub wait_s: f64,
+    /// Live: time from a sensor's data to the map after which the map is not sent any more, seconds; 0: never.
+    pub publish_deadline_s: f64,
+    /// Live: width of the unknown margin around the window, metres: the grid's origin holds while the window moves inside.
+    pub full_map_m: f64,
+    /// Live: whether time is that of `/clock`.
+    pub use_sim_time: bool,
+    /// Live: whether sensor data are asked for reliably where all who publish them offer it.
+    pub reliable_sensors: bool,
+    /// Live: the speed limit while the map is not OK, percent of the largest speed.
+    pub degraded_speed_percent: f64,
     /// Whether a cell that lidars call passable and cameras occupied is passable; otherwise it is occupied.
     pub passable_over_camera: bool,
     /// Which occupied cells of the cameras a lidar may refute by beams that crossed them.

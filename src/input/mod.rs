@@ -15,6 +15,8 @@ mod log;
 mod mcap;
 mod nothing;
 mod open;
+#[cfg(feature = "ros2")]
+pub mod playback;
 pub mod points;
 mod pose;
 mod posed;
@@ -37,6 +39,8 @@ use crate::sensor::RgbdFrame;
 pub(crate) use crate::input::exr_decode::depth_from_exr;
 pub use crate::input::inventory::{FrameInfo, Inventory, TopicInfo};
 pub use crate::input::log::{Contents, LogReader};
+#[cfg(feature = "ros2")]
+pub(crate) use crate::input::log::{LiveSource, LiveTopic};
 pub(crate) use crate::input::log::{Record, Records};
 pub(crate) use crate::input::mcap::McapRecords;
 pub use crate::input::open::{contents, open};

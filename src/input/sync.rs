@@ -33,6 +33,8 @@ const MAX_KEPT: usize = 128;
 struct Pending {
     index: u64,
     image: ImageMessage,
+    /// When it came, nanoseconds of [`Synchronizer::tell_time`].
+    arrived_ns: u64,
 }
 
 /// See the module.
@@ -55,6 +57,9 @@ pub(crate) struct Synchronizer {
     last_released_ns: Option<u64>,
     /// How depth images fared that asked for a pose.
     pub(crate) posing: Posing,
+    now_ns: u64,
+    /// How long an image waits at most by the clock, where there is one.
+    patience_ns: Option<u64>,
 }
 
 impl Synchronizer {
@@ -75,7 +80,21 @@ impl Synchronizer {
             newest_image_ns: 0,
             last_released_ns: None,
             posing: Posing::default(),
+            now_ns: 0,
+            patience_ns: None,
         }
+    }
+
+    /// From now on an image waits by the clock too, at most so long.
+    #[cfg(feature = "ros2")]
+    pub(crate) fn be_patient_for(&mut self, patience_ns: u64) {
+        self.patience_ns = Some(patience_ns);
+    }
+
+    /// What the clock says, nanoseconds.
+    #[cfg(feature = "ros2")]
+    pub(crate) fn tell_time(&mut self, now_ns: u64) {
+        self.now_ns = now_ns;
     }
 
     /// The next frame that waits for nothing any more.
@@ -132,7 +151,7 @@ impl Synchronizer {
 
     /// Releases what waits for nothing any more.
     pub(crate) fn settle(&mut self, poses: &PoseResolver, report: &mut ReadReport) {
-        while self.pending.front().is_some_and(|front| self.settled(&front.image, poses)) {
+        while self.pending.front().is_some_and(|front| self.settled(front, poses)) {
             self.release_front(poses, report);
         }
     }
@@ -166,11 +185,12 @@ impl Synchronizer {
             return;
         }
         self.newest_image_ns = self.newest_image_ns.max(stamp_ns);
-        self.pending.insert(waiting, Pending { index, image });
+        self.pending.insert(waiting, Pending { index, image, arrived_ns: self.now_ns });
     }
 
-    fn settled(&self, image: &ImageMessage, poses: &PoseResolver) -> bool {
-        let waited = self.newest_image_ns > image.stamp_ns.saturating_add(WAIT_NS);
+    fn settled(&self, Pending { image, arrived_ns, .. }: &Pending, poses: &PoseResolver) -> bool {
+        let waited = self.newest_image_ns > image.stamp_ns.saturating_add(WAIT_NS)
+            || self.patience_ns.is_some_and(|patience| self.now_ns >= arrived_ns.saturating_add(patience));
         waited || self.pending.len() > MAX_PENDING || self.complete(image, poses)
     }
 
@@ -195,7 +215,7 @@ impl Synchronizer {
     }
 
     fn release_front(&mut self, poses: &PoseResolver, report: &mut ReadReport) {
-        let Some(Pending { index, image }) = self.pending.pop_front() else { return };
+        let Some(Pending { index, image, .. }) = self.pending.pop_front() else { return };
         self.last_released_ns = Some(image.stamp_ns);
         match self.depth(&image, report) {
             Ok(depth) => {

@@ -150,7 +150,12 @@ impl Clock {
 
     /// Which sensors are stale now.
     pub fn states(&self) -> Vec<State> {
-        let of = |track: &Track| if track.is_stale(self.now_ns) { State::Stale } else { State::Ok };
+        self.states_at(self.now_ns)
+    }
+
+    /// Which sensors will be stale at a time, if nothing comes until then.
+    pub fn states_at(&self, now_ns: u64) -> Vec<State> {
+        let of = |track: &Track| if track.is_stale(now_ns) { State::Stale } else { State::Ok };
         self.tracks.iter().map(of).collect()
     }
 }

@@ -69,8 +69,8 @@ impl Kind {
     }
 }
 
-/// What the map of these sensors is built for: those that are missing take no part. Lidars alone have a map of
-/// `scan_resolution_m` and `scan_map_size_m`; where there is a camera, the map's own hold for lidars too.
+/// What the map of these sensors is built for, published apart where there are several or it is live: those that are missing
+/// take no part. Lidars alone have a map of `scan_resolution_m` and `scan_map_size_m`; where there is a camera, the map's own hold for lidars too.
 pub(super) fn map_job(config: &Config, sensors: &[SensorInfo], options: &Options) -> Result<MapJob> {
     config.validate()?;
     let count = |of: fn(&SensorInfo) -> bool| sensors.iter().filter(|sensor| of(sensor)).count();
@@ -90,8 +90,8 @@ pub(super) fn map_job(config: &Config, sensors: &[SensorInfo], options: &Options
         sensors: sensors.len(),
         cameras,
         glass_lidars,
-        apart: sensors.len() > 1,
-        verdicts: sensors.len() > 1 || options.verdicts,
+        apart: options.live || sensors.len() > 1,
+        verdicts: options.live || sensors.len() > 1 || options.verdicts,
     })
 }
 
@@ -166,7 +166,7 @@ impl Builder<'_> {
         Ok(CameraJob {
             depth: info.depth,
             float_depth: info.float_depth,
-            color: info.color.filter(|_| self.options.images || drm.is_some()),
+            color: info.color.filter(|_| (self.options.images && !self.options.live) || drm.is_some()),
             color_aligned: info.color_aligned,
             confidence: info.confidence || !config.confidence_topic.is_empty(),
             drm,

@@ -2,6 +2,7 @@
 
 pub mod foxglove;
 pub mod lidar;
+pub mod live;
 pub(crate) mod marker;
 pub mod ros1;
 pub mod ros2;

@@ -25,7 +25,7 @@ pub fn cloud(header: Header, fields: &[(&str, u8, u32)], data: Vec<u8>) -> Point
 
 /// The points of a depth camera's pixels: rays of one calibration, kept while it stays the same.
 #[derive(Debug, Clone, Default)]
-pub(super) struct TrustedPoints {
+pub(crate) struct TrustedPoints {
     of: Option<CameraModel>,
     /// x and y at a depth of 1 m; `None` outside the lens model's field.
     rays: Vec<Option<[f64; 2]>>,
@@ -34,7 +34,7 @@ pub(super) struct TrustedPoints {
 impl TrustedPoints {
     /// Points in the camera's optical frame (metres) with their reliability, of every `stride`-th pixel along rows and
     /// columns that has depth and a reliability above `tau` (spec 0, "Outputs").
-    pub(super) fn of(
+    pub(crate) fn of(
         &mut self,
         images: &FrameImages,
         camera: &CameraModel,

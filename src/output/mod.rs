@@ -20,6 +20,8 @@ pub use exr::DumpSink;
 pub(crate) use exr::write_exr;
 pub use map_server::{map_files, save_map};
 pub use mcap::{McapSink, occupancy_of_cost};
+#[cfg(feature = "ros2")]
+pub(crate) use mcap::{costmap, occupancy_grid};
 pub use ply::save_scan;
 pub use png::PngSink;
 pub use ros_file::RosFile;

@@ -51,6 +51,8 @@ pub(super) struct LogLidar {
     waiting: VecDeque<Waiting>,
     /// Log time of the newest message, nanoseconds.
     log_time_ns: u64,
+    /// How far past a scan's message transforms are waited for, nanoseconds of log time.
+    patience_ns: u64,
     jumped: bool,
     pub(super) report: ScanReport,
     /// Messages and clouds that gave no scan.
@@ -69,6 +71,7 @@ impl LogLidar {
             cloud: None,
             waiting: VecDeque::new(),
             log_time_ns: 0,
+            patience_ns: WAIT_LOG_NS,
             jumped: false,
             report: ScanReport::default(),
             unusable: 0,
@@ -78,6 +81,12 @@ impl LogLidar {
     /// How scans fared that asked for a pose.
     pub(super) fn posing(&self) -> &Posing {
         &self.poser.posing
+    }
+
+    /// From now on a scan waits for its pose at most so long, nanoseconds of log time.
+    #[cfg(feature = "ros2")]
+    pub(super) fn be_patient_for(&mut self, patience_ns: u64) {
+        self.patience_ns = patience_ns;
     }
 
     /// Takes in a message; a bad one is counted.
@@ -187,7 +196,7 @@ impl LogLidar {
         let (poses, frame) = (&motion.poses, self.poser.frame(scan));
         let ahead =
             || poses.newest_ns(frame).is_some_and(|newest_ns| newest_ns > end_ns.saturating_add(WAIT_NS));
-        let waited = log_now_ns > log_time_ns.saturating_add(WAIT_LOG_NS);
+        let waited = log_now_ns > log_time_ns.saturating_add(self.patience_ns);
         log_now_ns > *log_time_ns && (!motion.posed() || waited || poses.settled(frame, *end_ns) || ahead())
     }
 

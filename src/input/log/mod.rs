@@ -10,6 +10,8 @@ mod files;
 mod inventory;
 mod layout;
 mod lidar;
+#[cfg(feature = "ros2")]
+mod live;
 mod look;
 mod metadata;
 mod motion;
@@ -33,8 +35,12 @@ pub(crate) use crate::input::log::choose::{contents, lidar_log};
 pub(crate) use crate::input::log::file::LogFile;
 pub(crate) use crate::input::log::files::{Format, LogFiles};
 pub(crate) use crate::input::log::inventory::inventory;
+#[cfg(feature = "ros2")]
+pub(crate) use crate::input::log::live::{LiveSource, LiveTopic};
 pub use crate::input::log::reader::LogReader;
 pub(crate) use crate::input::log::reading::Log;
 pub(crate) use crate::input::log::records::{MAX_MESSAGE_BYTES, Record, Records, too_large};
 pub use crate::input::log::scans::LogScans;
 pub(crate) use crate::input::log::source::LogSource;
+#[cfg(feature = "ros2")]
+pub(crate) use crate::input::log::splits::{Splits, Survey};

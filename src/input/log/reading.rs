@@ -22,7 +22,8 @@ use crate::sensor::Observation;
 /// See the module.
 pub(crate) struct Log {
     pub(super) path: PathBuf,
-    records: Splits,
+    /// `None`: messages are pushed.
+    records: Option<Splits>,
     pub(super) channels: Channels,
     motion: Motion,
     pub(super) sensors: Vec<LogSensor>,
@@ -31,6 +32,15 @@ pub(crate) struct Log {
     /// What is no single sensor's.
     pub(super) report: ReadReport,
     pub(super) at_end: bool,
+}
+
+/// Whether messages of a channel are read: those of the sensors and of the robot's motion, and all calibrations of cameras.
+fn wants(channels: &Channels, motion: &Motion, sensors: &[LogSensor], id: u32) -> bool {
+    channels.get(id).is_some_and(|channel| {
+        let has_camera = || sensors.iter().any(|sensor| matches!(sensor.reader, Reader::Camera(_)));
+        let is_info = channel.kind.is_some_and(Kind::is_calibration) && has_camera();
+        is_info || motion.reads(channel) || sensors.iter().any(|sensor| sensor.reads(channel))
+    })
 }
 
 /// The error for a recording that lacks something, with the damage that may be the cause.
@@ -59,8 +69,53 @@ impl Log {
         let (motion, sensors) =
             choose(&channels, &mut report).map_err(|error| with_damage(error, &survey.damage.join("; ")))?;
         let path = files.path().into();
-        let records = Splits::open(files, survey)?;
+        let records = Some(Splits::open(files, survey)?);
         Ok(Self { path, records, channels, motion, sensors, log_time_ns: 0, report, at_end: false })
+    }
+
+    /// A log whose messages are pushed as they come; `name` stands for its path in messages to the user.
+    ///
+    /// # Errors
+    /// What `choose` gives.
+    #[cfg(feature = "ros2")]
+    pub(super) fn live(
+        name: &str,
+        channels: Channels,
+        choose: impl FnOnce(&Channels, &mut ReadReport) -> Result<(Motion, Vec<LogSensor>)>,
+    ) -> Result<Self> {
+        let mut report = ReadReport::default();
+        let (motion, sensors) = choose(&channels, &mut report)?;
+        let path = name.into();
+        Ok(Self { path, records: None, channels, motion, sensors, log_time_ns: 0, report, at_end: false })
+    }
+
+    /// Whether messages of a channel are read.
+    #[cfg(feature = "ros2")]
+    pub(super) fn wants(&self, id: u32) -> bool {
+        wants(&self.channels, &self.motion, &self.sensors, id)
+    }
+
+    /// Whether the log says anything of the robot's motion.
+    #[cfg(feature = "ros2")]
+    pub(super) fn is_motion_recorded(&self) -> bool {
+        self.motion.is_recorded()
+    }
+
+    /// Takes a message that came at `now_ns`, and moves on what waits for nothing any more or has waited for
+    /// `patience_ns`.
+    #[cfg(feature = "ros2")]
+    pub(super) fn push(&mut self, channel_id: u32, now_ns: u64, payload: &[u8], patience_ns: u64) {
+        self.sensors.iter_mut().for_each(|sensor| sensor.go_by_clock(now_ns, patience_ns));
+        self.take_message(channel_id, now_ns, payload);
+        self.settle_at(now_ns, patience_ns);
+    }
+
+    /// Moves on what waits for nothing any more or has waited for `patience_ns`, as the clock says `now_ns`.
+    #[cfg(feature = "ros2")]
+    pub(super) fn settle_at(&mut self, now_ns: u64, patience_ns: u64) {
+        self.sensors.iter_mut().for_each(|sensor| sensor.go_by_clock(now_ns, patience_ns));
+        self.log_time_ns = self.log_time_ns.max(now_ns);
+        self.settle();
     }
 
     /// Reads on by one record, or to the end of the log.
@@ -69,15 +124,10 @@ impl Log {
     /// [`Error::File`]; [`Error::Format`] where the one sensor is a camera none of whose images can be used.
     pub(super) fn step(&mut self) -> Result<()> {
         let (channels, sensors, motion) = (&self.channels, &self.sensors, &self.motion);
-        let has_camera = sensors.iter().any(|sensor| matches!(sensor.reader, Reader::Camera(_)));
-        let wanted = |id: u32| {
-            channels.get(id).is_some_and(|channel| {
-                let is_info = has_camera && channel.kind.is_some_and(Kind::is_calibration);
-                is_info || motion.reads(channel) || sensors.iter().any(|sensor| sensor.reads(channel))
-            })
-        };
-        let record = self.records.next(&wanted)?;
-        self.records.take_notes().into_iter().for_each(|note| self.report.note(note));
+        let wanted = |id: u32| wants(channels, motion, sensors, id);
+        let Some(records) = &mut self.records else { return self.end() };
+        let record = records.next(&wanted)?;
+        records.take_notes().into_iter().for_each(|note| self.report.note(note));
         match record {
             None => return self.end(),
             Some(Record::Message { channel_id, log_time_ns, data }) => {
@@ -99,12 +149,14 @@ impl Log {
     /// [`Error::File`].
     pub(super) fn skim(&mut self, counts_all: bool, most_bytes: u64) -> Result<BTreeMap<u32, Counted>> {
         let mut counted = BTreeMap::new();
-        while self.records.offset() < most_bytes {
+        while let Some(records) = &mut self.records
+            && records.offset() < most_bytes
+        {
             let (channels, motion) = (&self.channels, &self.motion);
             let wanted =
                 |id: u32| counts_all || channels.get(id).is_some_and(|channel| motion.reads(channel));
-            let record = self.records.next(&wanted)?;
-            self.records.take_notes().into_iter().for_each(|note| self.report.note(note));
+            let record = records.next(&wanted)?;
+            records.take_notes().into_iter().for_each(|note| self.report.note(note));
             match record {
                 None => {
                     self.at_end = true;

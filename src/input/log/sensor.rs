@@ -100,6 +100,19 @@ impl LogSensor {
         }
     }
 
+    /// As the messages come live: the clock says `now_ns`, and nothing waits for longer than `patience_ns`.
+    #[cfg(feature = "ros2")]
+    pub(super) fn go_by_clock(&mut self, now_ns: u64, patience_ns: u64) {
+        match &mut self.reader {
+            Reader::Camera(camera) => {
+                camera.sync.be_patient_for(patience_ns);
+                camera.sync.tell_time(now_ns);
+            }
+            Reader::Lidar(lidar) => lidar.be_patient_for(patience_ns),
+            Reader::Absent => {}
+        }
+    }
+
     /// The transforms are about to start over: what was seen before they did is given with what is known.
     pub(super) fn restart_with_transforms(&mut self, motion: &Motion) {
         let jumps = self.track.jumps;

@@ -9,6 +9,8 @@ use crate::input::log::choose::choose;
 use crate::input::log::order::{MAX_READY, turn};
 use crate::input::log::reading::Log;
 use crate::input::log::sensor::{LogSensor, Reader};
+#[cfg(feature = "ros2")]
+use crate::input::log::topics::Channels;
 use crate::input::report::merge;
 use crate::input::source::{Given, Learner, SensorReport, Source, SourceReport};
 use crate::sensor::{Observation, SensorModel};
@@ -30,7 +32,8 @@ struct Turns {
 
 /// See the module.
 pub(crate) struct LogSource {
-    files: LogFiles,
+    /// `None`: messages are pushed.
+    files: Option<LogFiles>,
     config: Config,
     log: Log,
     infos: Vec<SensorInfo>,
@@ -63,17 +66,79 @@ impl LogSource {
             configs = chosen.configs;
             Ok((chosen.motion, chosen.sensors))
         })?;
-        let learners = configs.iter().zip(&log.sensors).map(learner).collect();
-        Ok(Self {
-            files,
+        Ok(Self { files: Some(files), ..Self::of_log(log, configs, config) })
+    }
+
+    fn of_log(log: Log, configs: Vec<SensorConfig>, config: &Config) -> Self {
+        Self {
+            files: None,
             config: config.clone(),
+            learners: configs.iter().zip(&log.sensors).map(learner).collect(),
             infos: configs.into_iter().map(SensorInfo::missing).collect(),
-            learners,
             turns: vec![Turns::default(); log.sensors.len()],
             log,
             ahead: VecDeque::new(),
             window_ns: duration_ns(config.order_window_s),
-        })
+        }
+    }
+
+    /// Of messages that are pushed as they come; `name` stands for the log in messages to the user. Observations wait for
+    /// earlier ones of other sensors only where these are known to wait.
+    ///
+    /// # Errors
+    /// As [`Self::open`].
+    #[cfg(feature = "ros2")]
+    pub(super) fn live(name: &str, channels: Channels, config: &Config) -> Result<Self> {
+        let mut configs = Vec::new();
+        let log = Log::live(name, channels, |channels, report| {
+            let chosen = choose(channels, config, name.as_ref(), report)?;
+            configs = chosen.configs;
+            Ok((chosen.motion, chosen.sensors))
+        })?;
+        Ok(Self { window_ns: 0, ..Self::of_log(log, configs, config) })
+    }
+
+    /// The log behind it.
+    #[cfg(feature = "ros2")]
+    pub(super) fn log(&mut self) -> &mut Log {
+        &mut self.log
+    }
+
+    /// The next observation whose turn it is, with the number of its sensor's jumps before it; reads nothing.
+    #[cfg(feature = "ros2")]
+    pub(super) fn poll(&mut self) -> Option<(u32, Observation)> {
+        let at = turn(&self.log.sensors, self.window_ns, false)?;
+        let (jumps, observation) = self.log.sensors[at].ready.pop_front()?;
+        self.count(at, jumps, &observation);
+        let observation = Observation { sensor: at, ..observation };
+        self.learn(&observation);
+        Some((jumps, observation))
+    }
+
+    /// Whether the sensors are known as well as can be.
+    #[cfg(feature = "ros2")]
+    pub(super) fn knows_all(&self) -> bool {
+        !self.is_ahead_needed()
+    }
+
+    /// Leaves out what was found by type and gave nothing, where something else did; which sensors these were.
+    #[cfg(feature = "ros2")]
+    pub(super) fn leave_out_found(&mut self) -> Vec<usize> {
+        let is_missing = |info: &SensorInfo| matches!(info.model, SensorModel::Missing(_));
+        let missing = self.infos.iter().enumerate().filter(|(_, info)| is_missing(info)).map(|(at, _)| at);
+        let missing: Vec<usize> = missing.collect();
+        if !self.config.sensors.is_empty() || missing.len() == self.infos.len() {
+            return Vec::new();
+        }
+        self.leave_out_missing();
+        missing
+    }
+
+    /// Which sensors nobody publishes.
+    #[cfg(feature = "ros2")]
+    pub(super) fn absent(&self) -> impl Iterator<Item = &str> {
+        let absent = self.log.sensors.iter().filter(|sensor| matches!(sensor.reader, Reader::Absent));
+        absent.map(|sensor| sensor.name.as_str())
     }
 
     fn look_ahead(&mut self) -> Result<()> {
@@ -91,7 +156,8 @@ impl LogSource {
     /// Looks on in a second reading of the file that keeps nothing, as a sensor that is late or missing would have more
     /// kept than memory is bounded to.
     fn look_further(&mut self) -> Result<()> {
-        let mut second = Self::at_start(self.files.clone(), &self.config)?;
+        let Some(files) = self.files.clone() else { return Ok(()) };
+        let mut second = Self::at_start(files, &self.config)?;
         while second.is_ahead_needed() {
             let Some(observation) = second.read()? else { break };
             second.learn(&observation);

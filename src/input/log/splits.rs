@@ -87,7 +87,7 @@ fn joined(a: Option<[u64; 2]>, b: Option<[u64; 2]>) -> Option<[u64; 2]> {
 
 /// What the files say of their channels, before their messages are read.
 #[derive(Debug, Default)]
-pub(super) struct Survey {
+pub(crate) struct Survey {
     pub(super) channels: Channels,
     ids: Ids,
     /// Log times of the first and the last message, as far as summaries say so.
@@ -103,7 +103,7 @@ impl Survey {
     ///
     /// # Errors
     /// [`Error::File`] and [`Error::Format`] where no file can be read.
-    pub(super) fn of(files: &LogFiles) -> Result<Self> {
+    pub(crate) fn of(files: &LogFiles) -> Result<Self> {
         let mut survey = Self::default();
         let (mut counts, mut ahead_bytes) = (Some(BTreeMap::new()), AHEAD_BYTES);
         let (mut without_summary, mut first_error) = (Vec::new(), None);
@@ -135,6 +135,17 @@ impl Survey {
         survey.finish(counts, &without_summary, files.parts().len());
         survey.look_at_messages(files)?;
         Ok(survey)
+    }
+
+    /// What it says of the topics, as [`Record::Topic`].
+    #[cfg(feature = "ros2")]
+    pub(crate) fn topics(&self) -> impl Iterator<Item = Record> {
+        self.channels.all().map(|(id, channel)| Record::Topic {
+            id,
+            topic: channel.topic.clone(),
+            type_name: channel.schema.clone(),
+            message_encoding: channel.message_encoding.clone(),
+        })
     }
 
     /// Takes in what the first messages of images and calibrations show, then those of the clouds that are to be looked at.
@@ -244,7 +255,7 @@ impl Survey {
 }
 
 /// See the module.
-pub(super) struct Splits {
+pub(crate) struct Splits {
     files: LogFiles,
     ids: Ids,
     /// The file that is read, or the next one.
@@ -260,7 +271,7 @@ impl Splits {
     ///
     /// # Errors
     /// [`Error::File`] and [`Error::Format`] where no file can be opened.
-    pub(super) fn open(files: LogFiles, survey: Survey) -> Result<Self> {
+    pub(crate) fn open(files: LogFiles, survey: Survey) -> Result<Self> {
         let Survey { ids, mut notes, .. } = survey;
         notes.extend(files.notes().iter().cloned());
         let mut splits = Self { files, ids, at: 0, open: None, passed_bytes: 0, notes };
@@ -290,7 +301,7 @@ impl Splits {
     ///
     /// # Errors
     /// [`Error::File`] where the operating system fails to read.
-    pub(super) fn next(&mut self, wanted: &dyn Fn(u32) -> bool) -> Result<Option<Record>> {
+    pub(crate) fn next(&mut self, wanted: &dyn Fn(u32) -> bool) -> Result<Option<Record>> {
         loop {
             let Some(records) = &mut self.open else {
                 self.open_next();
@@ -329,7 +340,7 @@ impl Splits {
     }
 
     /// What was met and should be told, each once.
-    pub(super) fn take_notes(&mut self) -> Vec<String> {
+    pub(crate) fn take_notes(&mut self) -> Vec<String> {
         std::mem::take(&mut self.notes)
     }
 }

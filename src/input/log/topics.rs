@@ -133,6 +133,8 @@ pub(super) struct Channel {
     pub(super) topic: String,
     pub(super) kind: Option<Kind>,
     pub(super) schema: String,
+    /// How its messages are written, as MCAP names that.
+    pub(super) message_encoding: String,
     /// Schema and message encoding, for messages to the user.
     pub(super) type_name: String,
     /// Where the summary says how many.
@@ -145,7 +147,15 @@ impl Channel {
     fn new(topic: String, message_encoding: &str, schema: &str) -> Self {
         let type_name = format!("{schema} ({message_encoding})");
         let kind = Kind::of(message_encoding, schema);
-        Self { topic, kind, schema: schema.into(), type_name, messages: None, look: None }
+        Self {
+            topic,
+            kind,
+            schema: schema.into(),
+            message_encoding: message_encoding.into(),
+            type_name,
+            messages: None,
+            look: None,
+        }
     }
 }
 

@@ -38,21 +38,25 @@ fn write_costmap(out: &mut Out, stamp_ns: u64, header: &Header, map: &MapUpdate)
     let occupancy: Vec<u8> = map.costmap.iter().map(|&c| occupancy_of_cost(c).cast_unsigned()).collect();
     let message = occupancy_grid(header, &map.grid, Bytes::new(&occupancy));
     out.put("/limpid/costmap", stamp_ns, &message)?;
+    out.put("/limpid/costmap_raw", stamp_ns, &costmap(header, &map.grid, Bytes::new(&map.costmap)))
+}
+
+/// A grid of Nav2 costs.
+pub(crate) fn costmap<'a>(header: &Header, grid: &Grid, data: &'a Bytes) -> Costmap<'a> {
     let metadata = CostmapMetaData {
         map_load_time: header.stamp,
         update_time: header.stamp,
         layer: LAYER.into(),
-        resolution: narrow(map.grid.resolution_m),
-        size_x: map.grid.width,
-        size_y: map.grid.height,
-        origin: origin(&map.grid),
+        resolution: narrow(grid.resolution_m),
+        size_x: grid.width,
+        size_y: grid.height,
+        origin: origin(grid),
     };
-    let message = Costmap { header: header.clone(), metadata, data: Bytes::new(&map.costmap) };
-    out.put("/limpid/costmap_raw", stamp_ns, &message)
+    Costmap { header: header.clone(), metadata, data }
 }
 
 /// A grid of values 0..=100 or -1.
-fn occupancy_grid<'a>(header: &Header, grid: &Grid, data: &'a Bytes) -> OccupancyGrid<'a> {
+pub(crate) fn occupancy_grid<'a>(header: &Header, grid: &Grid, data: &'a Bytes) -> OccupancyGrid<'a> {
     let info = MapMetaData {
         map_load_time: header.stamp,
         resolution: narrow(grid.resolution_m),

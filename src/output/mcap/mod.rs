@@ -19,6 +19,8 @@ mod lidar;
 mod map;
 
 pub use map::occupancy_of_cost;
+#[cfg(feature = "ros2")]
+pub(crate) use map::{costmap, occupancy_grid};
 
 /// Frame of images whose recording names none.
 const NAMELESS_CAMERA_FRAME: &str = "camera_optical_frame";

@@ -1,0 +1,20 @@
+//! On a robot: recordings played into a ROS 2 graph, and the map of what a graph's sensors see.
+
+mod building;
+mod clouds;
+mod finding;
+mod health;
+mod mapping;
+mod node;
+mod outputs;
+mod play;
+mod publisher;
+mod reading;
+mod sheet;
+mod stop;
+mod supervisor;
+mod timeline;
+
+pub use node::{NodeOptions, run_node};
+pub use play::{PlayOptions, PlayReport, play};
+pub use stop::Stop;
