@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::path::PathBuf;
 
 use limpid::Error;
-
+use limpid::gpu::Context;
 use limpid::network::weights::Network;
 use limpid::network::{Backend, BlockOutput, Inference};
 use safetensors::SafeTensors;
@@ -138,9 +138,12 @@ fn other_weights_compile_nothing() {
     }
     let (network, stored) = (Network::from_bytes(WEIGHTS).unwrap(), tensors(OUTPUTS));
     let input = &stored["input"];
-    let best = Backend::of(&context());
+    // A device of its own: what other tests compile meanwhile would count on the shared one.
+    let own = Context::open(None, false).unwrap();
+    let best = Backend::of(&own);
+    let build = |network: &Network, size| Inference::build(network.clone(), size, false, best, &own);
     let other = perturbed(&network, 3, true, 0, 1.0);
-    let mut inference = build(&network, size(input), false, best).unwrap();
+    let mut inference = build(&network, size(input)).unwrap();
     let counts = |inference: &Inference| {
         let hal = inference.executor().context().counters().hal;
         [
@@ -156,7 +159,7 @@ fn other_weights_compile_nothing() {
     inference.reload(other.clone()).unwrap();
     let reloaded = inference.run(&input.1).unwrap();
     assert_eq!(counts(&inference), before);
-    let mut fresh = build(&other, size(input), false, best).unwrap();
+    let mut fresh = build(&other, size(input)).unwrap();
     assert_eq!(reloaded, fresh.run(&input.1).unwrap());
     // Shader texts carry shapes alone, so that a driver's cache serves any weights.
     let texts = |i: &Inference| {
@@ -164,7 +167,7 @@ fn other_weights_compile_nothing() {
     };
     assert_eq!(texts(&inference), texts(&fresh));
     // The control: another size has other texts.
-    assert_ne!(texts(&inference), texts(&build(&other, [8, 8], false, best).unwrap()));
+    assert_ne!(texts(&inference), texts(&build(&other, [8, 8]).unwrap()));
 }
 
 #[test]
