@@ -11,6 +11,7 @@ use limpid::mapper;
 use limpid::network::weights::Network;
 use limpid::network::{Backend, all_kernels};
 use limpid::sensor::CameraModel;
+use limpid::sim::lidar::Lidar;
 use limpid::stage::camera::drm::Drm;
 use limpid::stage::camera::{align_color, back_project, ingest, pane_clip, register_color};
 use limpid::stage::camera::{see_through, spatial_median, tally, update, weigh};
@@ -65,7 +66,7 @@ const PIPELINE: &[ShaderSource] = &[
 /// Passes whose texts are put together for a plan.
 const COMPOSED: [&str; 2] = ["move_window", "rule"];
 
-/// The passes of the pipeline, of training targets and of the simulated camera.
+/// The passes of the pipeline, of training targets and of simulated sensors.
 fn all() -> impl Iterator<Item = ShaderSource> {
     PIPELINE
         .iter()
@@ -178,6 +179,7 @@ fn one_map_plans() -> Vec<Plan> {
 fn plans() -> Vec<Plan> {
     let mut plans: Vec<_> = jobs().iter().map(camera_plan).collect();
     plans.push(limpid::sim::simulator::plan(&small_room()).unwrap());
+    plans.push(limpid::sim::lidar::plan(&Lidar::default()).unwrap());
     for scans in [scan_job(), glass_job()] {
         let job = Arc::new(scans);
         plans.push(mapper::lidar_plan(&job, &mapper::lidar_stages(&job)).unwrap());

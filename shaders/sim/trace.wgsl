@@ -91,10 +91,10 @@ struct Path {
 // Follows one ray: takes up the light where it ends, and prepares the next.
 fn followed(path: Path, pixel: u32, first: bool) -> Path {
     var p = path;
-    let hit = nearest_hit(p.origin, p.direction);
+    let hit = nearest_thin(nearest_hit(p.origin, p.direction), p.origin, p.direction);
     let found = hit.id != NOTHING;
     let at = p.origin + hit.t * p.direction;
-    let surface = surface_at(hit, at, p.direction);
+    let surface = surface_of(hit, at, p.direction);
     let optics = scene.optics[surface.material];
     p.travelled_m += hit.t;
     p.met_m = select(0.0, hit.t, found);

@@ -5,12 +5,14 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 use clap::Args;
+use limpid::gpu::Context;
 use limpid::output::End;
 use limpid::sim::generate::{Family, Level, generate, vary_sensor};
+use limpid::sim::lidar::{Lidar, LidarModel, LidarSimulator, Returns};
 use limpid::sim::rates::Rates;
 use limpid::sim::truth::TrueMap;
 use limpid::sim::write::Recorder;
-use limpid::sim::{Scene, Simulator, write};
+use limpid::sim::{Scene, Simulator, Way, poses, stamp_ns, write};
 use limpid::{Config, Error, Result};
 
 use super::paths::Paths;
@@ -49,6 +51,15 @@ pub(crate) struct SimArguments {
     /// Write the scene as YAML
     #[arg(long, value_name = "FILE")]
     save_scene: Option<PathBuf>,
+    /// Put this lidar on the robot, in place of the scene's (MCAP only)
+    #[arg(long, value_enum, value_name = "MODEL")]
+    lidar: Option<LidarModel>,
+    /// Which returns of a beam the lidar gives, in place of the scene's
+    #[arg(long, value_enum, value_name = "RETURNS")]
+    returns: Option<Returns>,
+    /// Leave the camera out: the lidar alone
+    #[arg(long)]
+    no_camera: bool,
     /// Record both infrared images too
     #[arg(long)]
     infrared: bool,
@@ -78,6 +89,16 @@ impl SimArguments {
             (scene.camera.width, scene.camera.height) = (width, height);
         }
         scene.trajectory.frames = self.frames.unwrap_or(scene.trajectory.frames);
+        if let Some(model) = self.lidar {
+            scene.lidar = Some(Lidar { model, ..scene.lidar.unwrap_or_default() });
+        }
+        if let (Some(lidar), Some(returns)) = (&mut scene.lidar, self.returns) {
+            lidar.returns = returns;
+        }
+        if self.no_camera && scene.lidar.is_none() {
+            let reason = "the scene has none, and without the camera nothing is left; see --lidar".into();
+            return Err(Error::Config { key: "lidar".into(), reason });
+        }
         if self.vary_sensor {
             vary_sensor(&mut scene);
         }
@@ -104,14 +125,13 @@ pub(crate) fn execute(arguments: &SimArguments) -> Result<ExitCode> {
     if let Some(path) = &arguments.save_scene {
         save(path, &scene.to_yaml()?)?;
     }
-    let mut simulator = Simulator::open(&scene, arguments.adapter.as_deref(), arguments.timing)?;
-    println!("adapter: {}", simulator.executor().context().describe());
+    let mut sensors = Sensors::open(arguments, &scene)?;
     let mut recorder = match &arguments.output {
         Some(path) => Some(write::recorder(path, &scene, arguments.infrared)?),
         None => None,
     };
     listen();
-    let simulated = simulate(&scene, &mut simulator, &mut recorder);
+    let simulated = simulate(&scene, &mut sensors, &mut recorder);
     let Some(recorder) = &mut recorder else { return simulated.map(|()| code()) };
     match simulated {
         Ok(()) if !is_stopped() => recorder.finish()?,
@@ -137,42 +157,117 @@ fn code() -> ExitCode {
     ExitCode::from(if is_stopped() { STOPPED } else { 0 })
 }
 
-/// Makes the frames, up to where the user stops it, and prints what is measured on them.
-fn simulate(
-    scene: &Scene,
-    simulator: &mut Simulator,
-    recorder: &mut Option<Box<dyn Recorder>>,
-) -> Result<()> {
-    let camera = scene.camera.model();
+/// What the robot carries.
+struct Sensors {
+    camera: Option<Simulator>,
+    lidar: Option<LidarSimulator>,
+}
+
+impl Sensors {
+    fn open(arguments: &SimArguments, scene: &Scene) -> Result<Self> {
+        let context = Context::open(arguments.adapter.as_deref(), arguments.timing)?;
+        println!("adapter: {}", context.describe());
+        let camera = if arguments.no_camera { None } else { Some(Simulator::with_context(scene, &context)?) };
+        let lidar = match &scene.lidar {
+            Some(_) => Some(LidarSimulator::with_context(scene, &context)?),
+            None => None,
+        };
+        Ok(Self { camera, lidar })
+    }
+
+    fn print_passes(&self) {
+        let camera = self.camera.iter().flat_map(Simulator::pass_ms);
+        for (pass, ms) in camera.chain(self.lidar.iter().flat_map(LidarSimulator::pass_ms)) {
+            println!("{pass:12} {ms:8.2} ms");
+        }
+    }
+}
+
+/// What came of a simulation.
+#[derive(Default)]
+struct Tally {
+    rates: Rates,
+    frames: u32,
+    camera_s: f64,
+    scans: u32,
+    beams: u64,
+    points: u64,
+    lidar_s: f64,
+}
+
+impl Tally {
+    fn print(&self, scene: &Scene, all_s: f64) {
+        if self.frames > 0 {
+            println!("all         {}", self.rates);
+            println!(
+                "{} frames of {}x{} in {all_s:.1} s, of which {:.0} ms a frame are the camera's",
+                self.frames,
+                scene.camera.width,
+                scene.camera.height,
+                1e3 * self.camera_s / f64::from(self.frames)
+            );
+        }
+        if self.scans > 0 {
+            let scans = f64::from(self.scans);
+            println!(
+                "{} scans of {} beams and {:.0} points, {:.0} ms each",
+                self.scans,
+                self.beams / u64::from(self.scans),
+                self.points as f64 / scans,
+                1e3 * self.lidar_s / scans
+            );
+        }
+    }
+}
+
+/// Makes frames and scans in the order of their ends, up to where the user stops it, and prints what is measured on them.
+fn simulate(scene: &Scene, sensors: &mut Sensors, recorder: &mut Option<Box<dyn Recorder>>) -> Result<()> {
+    let (camera, way) = (scene.camera.model(), Way::of(scene));
     let mut map = TrueMap::new(scene, &Config::default());
-    let mut total = Rates::default();
-    let (start, mut camera_s, mut frames) = (Instant::now(), 0.0, 0_u32);
-    for (index, pose) in (0_u64..).zip(simulator.poses()) {
+    let (start, mut tally) = (Instant::now(), Tally::default());
+    for (index, pose) in (0_u64..).zip(poses(scene)) {
         if is_stopped() {
             break;
         }
+        let at_ns = stamp_ns(scene, index);
+        scan_until(at_ns, &way, sensors, recorder, &mut tally)?;
+        let Some(simulator) = &mut sensors.camera else {
+            recorder.iter_mut().try_for_each(|recorder| recorder.write_pose(at_ns, pose.map_from_base))?;
+            continue;
+        };
         let before = Instant::now();
         let frame = simulator.frame(index, pose)?;
-        camera_s += before.elapsed().as_secs_f64();
+        tally.camera_s += before.elapsed().as_secs_f64();
         let rates = Rates::of(&frame);
         println!("frame {index:4}  {rates}");
-        total.add(&rates);
+        tally.rates.add(&rates);
+        tally.frames += 1;
         map.observe(&frame, &camera);
         if let Some(recorder) = recorder {
             recorder.write(&frame, &map.grid(), &map.cells())?;
         }
-        frames += 1;
     }
-    println!("all         {total}");
-    for (pass, ms) in simulator.pass_ms() {
-        println!("{pass:12} {ms:8.2} ms");
-    }
-    println!(
-        "{frames} frames of {}x{} in {:.1} s, of which {:.0} ms a frame are the camera's",
-        camera.width,
-        camera.height,
-        start.elapsed().as_secs_f64(),
-        1e3 * camera_s / f64::from(frames.max(1))
-    );
+    sensors.print_passes();
+    tally.print(scene, start.elapsed().as_secs_f64());
     Ok(())
+}
+
+/// The scans that end by `at_ns`.
+fn scan_until(
+    at_ns: u64,
+    way: &Way,
+    sensors: &mut Sensors,
+    recorder: &mut Option<Box<dyn Recorder>>,
+    tally: &mut Tally,
+) -> Result<()> {
+    let Some(lidar) = &mut sensors.lidar else { return Ok(()) };
+    loop {
+        let before = Instant::now();
+        let Some((scan, end_ns)) = lidar.next_on(way, at_ns)? else { return Ok(()) };
+        tally.lidar_s += before.elapsed().as_secs_f64();
+        tally.scans += 1;
+        tally.beams += u64::from(scan.beams);
+        tally.points += scan.truth.len() as u64;
+        recorder.iter_mut().try_for_each(|recorder| recorder.write_scan(&scan, end_ns))?;
+    }
 }

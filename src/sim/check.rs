@@ -3,6 +3,7 @@
 use glam::DVec2;
 
 use super::footprint::footprints;
+use super::lidar::Lidar;
 use super::material::{Kind, Material};
 use super::pack;
 use super::scene::{Lamp, Scene};
@@ -22,12 +23,14 @@ pub(super) fn scene(scene: &Scene) -> Result<()> {
     scene.camera.validate()?;
     scene.imager.validate()?;
     scene.matcher.validate()?;
+    scene.lidar.iter().try_for_each(Lidar::validate)?;
     for (name, material) in &scene.materials {
         self::material(name, material)?;
     }
     rooms(scene)?;
     solids(scene)?;
     upright(scene)?;
+    thin(scene)?;
     lights(scene)?;
     counts(scene)?;
     way(scene)?;
@@ -155,6 +158,37 @@ fn upright(scene: &Scene) -> Result<()> {
     Ok(())
 }
 
+fn thin(scene: &Scene) -> Result<()> {
+    for (index, curtain) in scene.curtains.iter().enumerate() {
+        let key = |field: &str| format!("curtains[{index}].{field}");
+        place(&key("center_m"), &curtain.center_m)?;
+        place(&key("yaw_rad"), &[curtain.yaw_rad])?;
+        for (field, length_m) in [
+            ("width_m", curtain.width_m),
+            ("height_m", curtain.height_m),
+            ("spacing_m", curtain.spacing_m),
+            ("string_width_m", curtain.string_width_m),
+        ] {
+            lengths(&key(field), &[length_m])?;
+        }
+        opaque(scene, key("material"), &curtain.material)?;
+    }
+    for (index, thicket) in scene.thickets.iter().enumerate() {
+        let section = format!("thickets[{index}].");
+        let key = |field: &str| format!("{section}{field}");
+        place(&key("center_m"), &thicket.center_m)?;
+        place(&key("yaw_rad"), &[thicket.yaw_rad])?;
+        lengths(&key("size_m"), &thicket.size_m)?;
+        Checks { section: &section }.within(&[
+            ("density_per_m3", thicket.density_per_m3, 0.0, 1e9),
+            ("element_width_m", thicket.element_width_m, 1e-4, 1.0),
+            ("element_length_m", thicket.element_length_m, 1e-4, 10.0),
+        ])?;
+        opaque(scene, key("material"), &thicket.material)?;
+    }
+    Ok(())
+}
+
 fn lights(scene: &Scene) -> Result<()> {
     light("ambient.", scene.ambient.color, scene.ambient.infrared)?;
     for (index, Lamp { center_m, size_m, color, infrared }) in scene.lamps.iter().enumerate() {
@@ -181,6 +215,8 @@ fn counts(scene: &Scene) -> Result<()> {
         ("boxes", scene.boxes.len(), pack::BOXES),
         ("cylinders", scene.cylinders.len(), pack::CYLINDERS),
         ("lamps", lamps, pack::LIGHTS),
+        ("curtains", scene.curtains.len(), pack::CURTAINS),
+        ("thickets", scene.thickets.len(), pack::THICKETS),
     ] {
         if count > most {
             let reason = format!(
@@ -215,7 +251,7 @@ fn way(scene: &Scene) -> Result<()> {
 
 /// The robot keeps its distance, and the camera is in free air.
 fn free(scene: &Scene) -> Result<()> {
-    let things = footprints(scene);
+    let things: Vec<_> = footprints(scene).into_iter().filter(|thing| !thing.passable).collect();
     if scene.camera.height_m >= scene.ceiling_m {
         return Err(bad("camera.height_m", "is above the ceiling"));
     }

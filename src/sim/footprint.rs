@@ -2,7 +2,7 @@
 
 use glam::DVec2;
 
-use super::scene::Scene;
+use super::scene::{Outline, Scene};
 use super::walls::walls;
 
 /// What stands on a piece of floor.
@@ -10,6 +10,8 @@ use super::walls::walls;
 pub(crate) enum Shape {
     /// Centre, half lengths, cosine and sine of the yaw.
     Rectangle(DVec2, DVec2, DVec2),
+    /// The ellipse in that.
+    Oval(DVec2, DVec2, DVec2),
     /// Centre and radius.
     Disc(DVec2, f64),
     /// From one end to the other.
@@ -23,6 +25,11 @@ impl Shape {
             Self::Rectangle(center, half, turn) => {
                 let local = turn.conjugate_rotate(at - center);
                 (local.abs() - half).max(DVec2::ZERO).length()
+            }
+            // Short of its least curvature: good enough for clearances, right at 0.
+            Self::Oval(center, half, turn) => {
+                let local = turn.conjugate_rotate(at - center) / half;
+                ((local.length() - 1.0) * half.min_element()).max(0.0)
             }
             Self::Disc(center, radius) => (at.distance(center) - radius).max(0.0),
             Self::Segment(a, b) => {
@@ -56,6 +63,14 @@ pub(crate) struct Footprint {
     pub(crate) key: String,
     /// Whether it is a glass pane.
     pub(crate) glass: bool,
+    /// Whether a robot can pass it: grass, strings.
+    pub(crate) passable: bool,
+}
+
+impl Footprint {
+    fn solid(shape: Shape, span_m: [f64; 2], key: String) -> Self {
+        Self { shape, span_m, key, glass: false, passable: false }
+    }
 }
 
 /// Footprints of everything in the scene, walls included.
@@ -65,44 +80,50 @@ pub(crate) fn footprints(scene: &Scene) -> Vec<Footprint> {
     for wall in walls(scene) {
         let [a, b] = wall.ends_m.map(DVec2::from_array);
         let key = format!("rooms[{}]", wall.room);
-        all.push(Footprint {
-            shape: Shape::Segment(a, b),
-            span_m: [0.0, scene.ceiling_m],
-            key,
-            glass: false,
-        });
+        all.push(Footprint::solid(Shape::Segment(a, b), [0.0, scene.ceiling_m], key));
     }
     for (index, block) in scene.boxes.iter().enumerate() {
-        let [x, y, z] = block.center_m;
-        let [w, d, h] = block.size_m;
-        let shape =
-            Shape::Rectangle(DVec2::new(x, y), DVec2::new(w, d) / 2.0, DVec2::from_angle(block.yaw_rad));
-        let span_m = [z - h / 2.0, z + h / 2.0];
-        all.push(Footprint {
-            shape,
-            span_m,
-            key: format!("boxes[{index}]"),
-            glass: is_glass(&block.material),
-        });
+        let (shape, span_m) = upright_box(block.center_m, block.size_m, block.yaw_rad);
+        let glass = is_glass(&block.material);
+        all.push(Footprint { glass, ..Footprint::solid(shape, span_m, format!("boxes[{index}]")) });
     }
     for (index, cylinder) in scene.cylinders.iter().enumerate() {
         let [x, y, z] = cylinder.base_m;
         let shape = Shape::Disc(DVec2::new(x, y), cylinder.radius_m);
         let (span_m, key) = ([z, z + cylinder.height_m], format!("cylinders[{index}]"));
-        all.push(Footprint { shape, span_m, key, glass: is_glass(&cylinder.material) });
+        all.push(Footprint { glass: is_glass(&cylinder.material), ..Footprint::solid(shape, span_m, key) });
     }
     for (index, pane) in scene.panes.iter().enumerate() {
-        let [x, y, z] = pane.center_m;
-        let half = DVec2::from_angle(pane.yaw_rad).perp() * pane.width_m / 2.0;
-        let center = DVec2::new(x, y);
-        let shape = Shape::Segment(center - half, center + half);
-        let span_m = [z - pane.height_m / 2.0, z + pane.height_m / 2.0];
-        all.push(Footprint {
-            shape,
-            span_m,
-            key: format!("panes[{index}]"),
-            glass: is_glass(&pane.material),
-        });
+        let (shape, span_m) = upright_plane(pane.center_m, [pane.width_m, pane.height_m], pane.yaw_rad);
+        let glass = is_glass(&pane.material);
+        all.push(Footprint { glass, ..Footprint::solid(shape, span_m, format!("panes[{index}]")) });
+    }
+    for (index, curtain) in scene.curtains.iter().enumerate() {
+        let size_m = [curtain.width_m, curtain.height_m];
+        let (shape, span_m) = upright_plane(curtain.center_m, size_m, curtain.yaw_rad);
+        let key = format!("curtains[{index}]");
+        all.push(Footprint { passable: true, ..Footprint::solid(shape, span_m, key) });
+    }
+    for (index, thicket) in scene.thickets.iter().enumerate().filter(|(_, t)| t.density_per_m3 > 0.0) {
+        let (shape, span_m) = upright_box(thicket.center_m, thicket.size_m, thicket.yaw_rad);
+        let shape = match (shape, thicket.outline) {
+            (Shape::Rectangle(center, half, turn), Outline::Ellipsoid) => Shape::Oval(center, half, turn),
+            (shape, _) => shape,
+        };
+        let key = format!("thickets[{index}]");
+        all.push(Footprint { passable: !thicket.solid, ..Footprint::solid(shape, span_m, key) });
     }
     all
+}
+
+/// Outline on the floor and span of heights of a box.
+fn upright_box([x, y, z]: [f64; 3], [w, d, h]: [f64; 3], yaw_rad: f64) -> (Shape, [f64; 2]) {
+    let half = DVec2::new(w, d) / 2.0;
+    (Shape::Rectangle(DVec2::new(x, y), half, DVec2::from_angle(yaw_rad)), [z - h / 2.0, z + h / 2.0])
+}
+
+/// The same of a rectangle that faces `yaw_rad`.
+fn upright_plane([x, y, z]: [f64; 3], [width_m, height_m]: [f64; 2], yaw_rad: f64) -> (Shape, [f64; 2]) {
+    let (center, half) = (DVec2::new(x, y), DVec2::from_angle(yaw_rad).perp() * width_m / 2.0);
+    (Shape::Segment(center - half, center + half), [z - height_m / 2.0, z + height_m / 2.0])
 }

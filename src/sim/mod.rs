@@ -1,4 +1,4 @@
-//! Simulated RGB-D recordings with ground truth: scenes, a ray-traced stereo camera, its matcher, the robot's way.
+//! Simulated recordings with ground truth: scenes, a ray-traced stereo camera and its matcher, lidars, the robot's way.
 //!
 //! Holes and spikes are never painted on: they come out of matching two infrared images of a scene with mirrors,
 //! glass, lamps and sunlight (spec 1 §8).
@@ -8,6 +8,7 @@ mod cluster;
 mod footprint;
 pub mod frame;
 pub mod generate;
+pub mod lidar;
 pub mod material;
 mod pack;
 pub mod passes;
@@ -23,4 +24,4 @@ pub mod write;
 pub use pack::SimScene;
 pub use scene::Scene;
 pub use simulator::Simulator;
-pub use trajectory::poses;
+pub use trajectory::{Way, poses, stamp_ns};

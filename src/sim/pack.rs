@@ -5,7 +5,7 @@ use glam::{DVec2, DVec3, UVec4, Vec4};
 
 use super::cluster::{Item, Table, bounds, clusters};
 use super::material::{Kind, Material};
-use super::scene::{Pane, Scene};
+use super::scene::{Outline, Pane, Scene};
 use super::walls::{Wall, walls};
 use crate::stage::single;
 
@@ -19,11 +19,18 @@ pub(crate) const CYLINDERS: usize = 16;
 pub(crate) const LIGHTS: usize = 16;
 /// Materials that fit.
 pub(crate) const MATERIALS: usize = 32;
+/// Curtains that fit.
+pub(crate) const CURTAINS: usize = 8;
+/// Thickets that fit.
+pub(crate) const THICKETS: usize = 24;
+
+/// Height of the ceiling where there is none, metres.
+const SKY_M: f64 = 1e8;
 
 crate::params! {
     /// A scene in `shaders/lib/sim/scene.wgsl`, which explains the fields.
     pub struct SimScene {
-        /// Lights, clusters.
+        /// Lights, clusters, curtains, thickets.
         pub counts: UVec4,
         /// Material of floor and ceiling.
         pub room: UVec4,
@@ -73,6 +80,20 @@ crate::params! {
         pub optics: [Vec4; 32],
         /// r, g, b, infrared.
         pub emission: [Vec4; 32],
+        /// Plane of each curtain.
+        pub curtain_plane: [Vec4; 8],
+        /// Its width.
+        pub curtain_u: [Vec4; 8],
+        /// Its height.
+        pub curtain_v: [Vec4; 8],
+        /// Spacing and width of its strings, half its width, material.
+        pub curtain_look: [Vec4; 8],
+        /// Centre of each thicket and cosine of its yaw.
+        pub thicket_center: [Vec4; 24],
+        /// Half its lengths and sine of its yaw.
+        pub thicket_half: [Vec4; 24],
+        /// Extinction, width of elements, material, outline.
+        pub thicket_look: [Vec4; 24],
     }
 }
 
@@ -107,6 +128,13 @@ impl Quad {
         Self { center: DVec3::from_array(center_m), u, v, material: 0, casts: false }
     }
 
+    /// Plane, width and height as the shader has them.
+    fn packed(&self) -> (Vec4, Vec4, Vec4) {
+        let row = |v: DVec3| vec4(v.x, v.y, v.z, v.dot(self.center));
+        let axis = |half: DVec3| row(half / half.length_squared());
+        (row(self.normal()), axis(self.u), axis(self.v))
+    }
+
     /// Its normal: `u` x `v`, which faces the yaw of [`Self::upright`].
     fn normal(&self) -> DVec3 {
         self.u.cross(self.v).normalize()
@@ -118,7 +146,7 @@ impl SimScene {
     pub fn pack(scene: &Scene) -> Self {
         let mut packed = Self::zeroed();
         packed.ambient = light_of(scene.ambient.color, scene.ambient.infrared);
-        packed.size = vec4(scene.ceiling_m, 0.0, 0.0, 0.0);
+        packed.size = vec4(if scene.open_air { SKY_M } else { scene.ceiling_m }, 0.0, 0.0, 0.0);
         for (slot, material) in scene.materials.values().enumerate() {
             packed.put_material(slot, material);
         }
@@ -126,7 +154,31 @@ impl SimScene {
         let mut quads = walls_and_panes(scene);
         packed.put_lights(scene, &mut quads);
         packed.put_clusters(scene, &quads);
+        packed.put_thin(scene);
         packed
+    }
+
+    fn put_thin(&mut self, scene: &Scene) {
+        for (index, curtain) in scene.curtains.iter().enumerate() {
+            let quad = Quad::upright(curtain.center_m, curtain.width_m, curtain.height_m, curtain.yaw_rad);
+            (self.curtain_plane[index], self.curtain_u[index], self.curtain_v[index]) = quad.packed();
+            let material = f64::from(slot(scene, &curtain.material));
+            self.curtain_look[index] =
+                vec4(curtain.spacing_m, curtain.string_width_m, curtain.width_m / 2.0, material);
+            self.counts.z += 1;
+        }
+        for (index, thicket) in scene.thickets.iter().enumerate() {
+            let [x, y, z] = thicket.center_m;
+            let half = DVec3::from_array(thicket.size_m) / 2.0;
+            let (sine, cosine) = thicket.yaw_rad.sin_cos();
+            self.thicket_center[index] = vec4(x, y, z, cosine);
+            self.thicket_half[index] = vec4(half.x, half.y, half.z, sine);
+            let material = f64::from(slot(scene, &thicket.material));
+            let kind = u8::from(thicket.outline == Outline::Ellipsoid) + 2 * u8::from(thicket.solid);
+            self.thicket_look[index] =
+                vec4(thicket.extinction_per_m(), thicket.element_width_m, material, f64::from(kind));
+            self.counts.w += 1;
+        }
     }
 
     fn put_material(&mut self, slot: usize, material: &Material) {
@@ -165,14 +217,7 @@ impl SimScene {
     }
 
     fn put_quad(&mut self, index: usize, quad: &Quad) {
-        let normal = quad.normal();
-        let axis = |half: DVec3| {
-            let unit = half / half.length_squared();
-            vec4(unit.x, unit.y, unit.z, unit.dot(quad.center))
-        };
-        self.quad_plane[index] = vec4(normal.x, normal.y, normal.z, normal.dot(quad.center));
-        self.quad_u[index] = axis(quad.u);
-        self.quad_v[index] = axis(quad.v);
+        (self.quad_plane[index], self.quad_u[index], self.quad_v[index]) = quad.packed();
         self.quad_material[index] = UVec4::new(quad.material, 0, 0, 0);
     }
 

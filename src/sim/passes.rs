@@ -11,11 +11,36 @@ pub const RANDOM_LIBRARY: &str = include_str!("../../shaders/lib/sim/random.wgsl
 /// Fresnel's share, patterns, lamps, speckle.
 pub const SHADE_LIBRARY: &str = include_str!("../../shaders/lib/sim/shade.wgsl");
 
+/// Thickets and curtains.
+pub const THIN_LIBRARY: &str = include_str!("../../shaders/lib/sim/thin.wgsl");
+
 /// Rays through the scene.
 pub const TRACE: ShaderSource = ShaderSource {
     name: "sim/trace",
-    parts: &[SCENE_LIBRARY, RANDOM_LIBRARY, SHADE_LIBRARY, include_str!("../../shaders/sim/trace.wgsl")],
+    parts: &[
+        SCENE_LIBRARY,
+        RANDOM_LIBRARY,
+        SHADE_LIBRARY,
+        THIN_LIBRARY,
+        include_str!("../../shaders/sim/trace.wgsl"),
+    ],
 };
+
+/// Sub-rays of a lidar's beams.
+pub const BEAM: ShaderSource = ShaderSource {
+    name: "sim/beam",
+    parts: &[
+        SCENE_LIBRARY,
+        RANDOM_LIBRARY,
+        SHADE_LIBRARY,
+        THIN_LIBRARY,
+        include_str!("../../shaders/sim/beam.wgsl"),
+    ],
+};
+
+/// Echoes of a lidar's beams.
+pub const ECHO: ShaderSource =
+    ShaderSource { name: "sim/echo", parts: &[RANDOM_LIBRARY, include_str!("../../shaders/sim/echo.wgsl")] };
 
 /// Auto exposure.
 pub const METER: ShaderSource =
@@ -48,7 +73,7 @@ pub const DEPTH: ShaderSource =
     ShaderSource { name: "sim/depth", parts: &[include_str!("../../shaders/sim/depth.wgsl")] };
 
 /// All of them.
-pub const ALL: [ShaderSource; 8] = [TRACE, METER, EXPOSE, TONE, CENSUS, COST, WINNER, DEPTH];
+pub const ALL: [ShaderSource; 10] = [TRACE, METER, EXPOSE, TONE, CENSUS, COST, WINNER, DEPTH, BEAM, ECHO];
 
 crate::params! {
     /// Parameters of `sim/trace`.
@@ -191,5 +216,65 @@ crate::params! {
         pub largest_px: f32,
         /// Unused.
         pub pad0: u32,
+    }
+}
+
+crate::params! {
+    /// Parameters of `sim/beam`.
+    pub struct SimBeamParams {
+        /// Beams of a column.
+        pub rows: u32,
+        /// Of this dispatch.
+        pub first_beam: u32,
+        /// Of this dispatch.
+        pub beams: u32,
+        /// Of a beam.
+        pub subrays: u32,
+        /// Of the pattern of sub-rays, radians.
+        pub turn: f32,
+        /// Metres.
+        pub largest_range_m: f32,
+        /// Half the divergence across the vertical, radians.
+        pub spread_level_rad: f32,
+        /// Half the divergence along the vertical, radians.
+        pub spread_upright_rad: f32,
+        /// Share of a white wall's power at 1 m.
+        pub faintest: f32,
+        /// Unused.
+        pub pad0: u32,
+        /// Unused.
+        pub pad1: u32,
+        /// Unused.
+        pub pad2: u32,
+    }
+}
+
+crate::params! {
+    /// Parameters of `sim/echo`.
+    pub struct SimEchoParams {
+        /// Of this dispatch.
+        pub beams: u32,
+        /// Of a beam.
+        pub subrays: u32,
+        /// 0 strongest, 1 last and strongest, 2 first and last.
+        pub returns: u32,
+        /// 1: intensity is reflectivity.
+        pub calibrated: u32,
+        /// Of this scan and dispatch.
+        pub seed: u32,
+        /// Share of a white wall's power at 1 m.
+        pub threshold: f32,
+        /// Metres between echoes.
+        pub pulse_m: f32,
+        /// Metres.
+        pub range_noise_m: f32,
+        /// Share.
+        pub power_noise: f32,
+        /// Intensity of 1.
+        pub scale: f32,
+        /// Intensity.
+        pub largest: f32,
+        /// Metres.
+        pub nearest_m: f32,
     }
 }

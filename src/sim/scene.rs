@@ -6,6 +6,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::check;
+use super::lidar::Lidar;
 use super::material::Material;
 use super::settings::{Camera, Imager, Matcher};
 use crate::base::{Error, Result, plain};
@@ -65,6 +66,72 @@ pub struct Pane {
     /// Direction that it faces, counter-clockwise from x.
     pub yaw_rad: f64,
     /// Name of its material.
+    pub material: String,
+}
+
+/// The outline of a thicket.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Outline {
+    /// A box: grass, a hedge.
+    #[default]
+    Box,
+    /// The ellipsoid in that box: a bush, a crown.
+    Ellipsoid,
+}
+
+/// A volume of thin elements at random (blades, leaves, twigs), which rays meet by the distance that they travel in it
+/// (spec 6 section 1).
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Thicket {
+    /// Its centre, metres.
+    pub center_m: [f64; 3],
+    /// Its lengths along its own axes, metres.
+    pub size_m: [f64; 3],
+    /// Its turn, counter-clockwise.
+    #[serde(default)]
+    pub yaw_rad: f64,
+    /// Box or ellipsoid.
+    #[serde(default)]
+    pub outline: Outline,
+    /// Elements in a cubic metre; 0: nothing is there.
+    pub density_per_m3: f64,
+    /// Width of an element, metres.
+    pub element_width_m: f64,
+    /// Length of an element, metres.
+    pub element_length_m: f64,
+    /// Name of their material.
+    pub material: String,
+    /// Whether a robot cannot pass: the true map's solid things.
+    #[serde(default)]
+    pub solid: bool,
+}
+
+impl Thicket {
+    /// Elements that a ray meets in a metre: a plate that faces anywhere shows half its area in the mean.
+    pub fn extinction_per_m(&self) -> f64 {
+        0.5 * self.density_per_m3 * self.element_width_m * self.element_length_m
+    }
+}
+
+/// An upright plane of vertical strings: a string or bead curtain, which a robot can pass.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Curtain {
+    /// Its centre, metres.
+    pub center_m: [f64; 3],
+    /// Metres.
+    pub width_m: f64,
+    /// Metres.
+    pub height_m: f64,
+    /// Direction that it faces, counter-clockwise from x.
+    pub yaw_rad: f64,
+    /// From one string to the next, metres.
+    pub spacing_m: f64,
+    /// Diameter of a string, metres.
+    pub string_width_m: f64,
+    /// Name of their material.
     pub material: String,
 }
 
@@ -181,6 +248,9 @@ pub struct Scene {
     pub ceiling_m: f64,
     /// Rooms and corridors.
     pub rooms: Vec<Room>,
+    /// Whether the scene lies in the open: no ceiling, and no walls around the rooms.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub open_air: bool,
     /// Boxes.
     #[serde(default)]
     pub boxes: Vec<Block>,
@@ -190,6 +260,12 @@ pub struct Scene {
     /// Panes, mirrors, pictures.
     #[serde(default)]
     pub panes: Vec<Pane>,
+    /// Grass, bushes, crowns.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub thickets: Vec<Thicket>,
+    /// Curtains of strings.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub curtains: Vec<Curtain>,
     /// Lamps.
     #[serde(default)]
     pub lamps: Vec<Lamp>,
@@ -210,6 +286,9 @@ pub struct Scene {
     /// Stereo matcher.
     #[serde(default)]
     pub matcher: Matcher,
+    /// The lidar and its mount, where the robot has one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lidar: Option<Lidar>,
 }
 
 impl Scene {

@@ -9,15 +9,12 @@ use super::passes::{
     SimMeterParams, SimToneParams, SimTraceParams, SimWinnerParams, TONE, TRACE, WINNER,
 };
 use super::scene::Scene;
-use super::trajectory::poses;
+use super::trajectory::{poses, stamp_ns};
 use crate::base::Rigid;
 use crate::base::{Error, Result};
 use crate::gpu::{Context, Executor, FrameInput, Invocations, Plan, Readback};
 use crate::sensor::FramePose;
 use crate::stage::single;
-
-/// Stamp of the first frame.
-const START_NS: u64 = 1_700_000_000_000_000_000;
 
 /// How far to the right of the left imager the projector lies, as a share of the baseline.
 const PROJECTOR_SHARE: f64 = 0.58;
@@ -213,12 +210,6 @@ impl Simulator {
             material: words("true_material")?.into_iter().map(|m| u8::try_from(m).unwrap_or(0)).collect(),
         })
     }
-}
-
-fn stamp_ns(scene: &Scene, index: u64) -> u64 {
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a checked, positive rate")]
-    let period_ns = (1e9 / scene.trajectory.rate_hz).round() as u64;
-    START_NS + index * period_ns
 }
 
 /// A seed for one use of randomness.

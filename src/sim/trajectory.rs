@@ -31,6 +31,50 @@ pub fn poses(scene: &Scene) -> Vec<FramePose> {
         .collect()
 }
 
+/// Stamp of the first frame.
+const START_NS: u64 = 1_700_000_000_000_000_000;
+
+/// Stamp of frame `index`.
+pub fn stamp_ns(scene: &Scene, index: u64) -> u64 {
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a checked, positive rate")]
+    let period_ns = (1e9 / scene.trajectory.rate_hz).round() as u64;
+    START_NS + index * period_ns
+}
+
+/// Where the robot is at any time: between the poses of frames as transforms are interpolated.
+#[derive(Debug, Clone)]
+pub struct Way {
+    stamps_ns: Vec<u64>,
+    poses: Vec<Rigid>,
+}
+
+impl Way {
+    /// Of a checked scene.
+    pub fn of(scene: &Scene) -> Self {
+        let poses: Vec<Rigid> = poses(scene).iter().map(|pose| pose.map_from_base).collect();
+        let stamps_ns = (0_u64..).take(poses.len()).map(|index| stamp_ns(scene, index)).collect();
+        Self { stamps_ns, poses }
+    }
+
+    /// The stamp of its start.
+    pub fn start_ns(&self) -> u64 {
+        self.stamps_ns.first().copied().unwrap_or(START_NS)
+    }
+
+    /// Map from base; before the start and after the end the robot stands still.
+    pub fn at(&self, stamp_ns: u64) -> Rigid {
+        let next = self.stamps_ns.partition_point(|&stamp| stamp < stamp_ns);
+        let (Some(&after), Some(before)) = (self.stamps_ns.get(next), next.checked_sub(1)) else {
+            let end = if next == 0 { self.poses.first() } else { self.poses.last() };
+            return end.copied().unwrap_or(Rigid::IDENTITY);
+        };
+        let start = self.stamps_ns[before];
+        let nanoseconds = |ns: u64| std::time::Duration::from_nanos(ns).as_secs_f64();
+        let share = nanoseconds(stamp_ns - start) / nanoseconds(after - start);
+        self.poses[before].interpolate(self.poses[next], share)
+    }
+}
+
 fn places(scene: &Scene) -> Vec<(DVec2, f64)> {
     let way = &scene.trajectory;
     let frames = way.frames as usize;

@@ -32,8 +32,11 @@ fn lines(scene: &Scene, axis: usize) -> Vec<f64> {
     lines
 }
 
-/// The walls: between a cell of the rooms' lines that is inside and one that is not.
+/// The walls, none in the open air: between a cell of the rooms' lines that is inside and one that is not.
 pub(crate) fn walls(scene: &Scene) -> Vec<Wall> {
+    if scene.open_air {
+        return Vec::new();
+    }
     let lines = [lines(scene, 0), lines(scene, 1)];
     let mut walls = Vec::new();
     for across in 0..2 {

@@ -147,6 +147,9 @@ fn the_command_says_what_is_wrong_and_exits_with_2() {
         assert!(code == Some(2) && text.contains(part), "{code:?}: {text}");
     };
     refused(&["sim"], "SCENE");
+    refused(&["sim", "--seed", "1", "--no-camera"], "--lidar");
+    refused(&["sim", "--seed", "1", "--lidar", "vlp64"], "vlp16");
+    refused(&["sim", "--seed", "1", "--lidar", "vlp16", "-o", "no-such-folder-of-images"], "MCAP");
     refused(&["sim", "--seed", "1", "--level", "L9"], "L9");
     refused(&["sim", "--seed", "1", "--size", "848"], "WxH");
     refused(&["sim", "--seed", "1", "--size", "100x80"], "camera.width");

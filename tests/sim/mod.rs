@@ -2,6 +2,7 @@
 
 mod bad_input;
 mod generate;
+mod lidar;
 mod light;
 mod matching;
 mod rays;
@@ -60,6 +61,10 @@ pub(crate) fn small_room() -> Scene {
         boxes: vec![],
         cylinders: vec![],
         panes: vec![],
+        thickets: vec![],
+        curtains: vec![],
+        open_air: false,
+        lidar: None,
         lamps: vec![],
         windows: vec![],
         ambient: Ambient { color: [0.5; 3], infrared: 0.5 },

@@ -4,9 +4,11 @@ const BOXES = 48u;
 const CYLINDERS = 16u;
 const LIGHTS = 16u;
 const MATERIALS = 32u;
+const CURTAINS = 8u;
+const THICKETS = 24u;
 
 struct SimScene {
-    counts: vec4<u32>,          // lights, clusters, unused
+    counts: vec4<u32>,          // lights, clusters, curtains, thickets
     room: vec4<u32>,            // material of floor and ceiling, unused
     ambient: vec4<f32>,         // r, g, b, infrared
     size: vec4<f32>,            // ceiling height in metres; unused
@@ -32,6 +34,13 @@ struct SimScene {
     pattern: array<vec4<f32>, 32>,          // kind, scale in metres, unused
     optics: array<vec4<f32>, 32>,           // reflectance at normal incidence, roughness, transmission, kind
     emission: array<vec4<f32>, 32>,         // r, g, b, infrared
+    curtain_plane: array<vec4<f32>, 8>,     // as of rectangles
+    curtain_u: array<vec4<f32>, 8>,
+    curtain_v: array<vec4<f32>, 8>,
+    curtain_look: array<vec4<f32>, 8>,      // spacing and width of strings, half the width, material
+    thicket_center: array<vec4<f32>, 24>,   // xyz, cosine of the yaw
+    thicket_half: array<vec4<f32>, 24>,     // half extents, sine of the yaw
+    thicket_look: array<vec4<f32>, 24>,     // extinction 1/m, width of elements, material, 1: an ellipsoid, + 2: solid
 }
 
 // What a ray meets: distance along it (FAR where nothing), and kind of surface in bits 8 and up with its index.

@@ -5,7 +5,7 @@ use glam::DVec2;
 use super::{Physics, Random};
 use crate::sim::footprint::{Shape, footprints};
 use crate::sim::material::{Kind, Material, Pattern};
-use crate::sim::scene::{Ambient, Block, Cylinder, Lamp, Pane, Room, Scene, Trajectory, Window};
+use crate::sim::scene::{Ambient, Block, Cylinder, Lamp, Pane, Room, Scene, Thicket, Trajectory, Window};
 use crate::sim::settings::{Camera, Imager, Matcher};
 use crate::sim::walls::{Wall, walls};
 
@@ -45,6 +45,10 @@ impl<'a> Layout<'a> {
             boxes: vec![],
             cylinders: vec![],
             panes: vec![],
+            thickets: vec![],
+            curtains: vec![],
+            open_air: false,
+            lidar: None,
             lamps: vec![],
             windows: vec![],
             ambient: Ambient { color: [0.3 * day, 0.3, 0.3 / day], infrared: physics.ambient_infrared },
@@ -126,6 +130,15 @@ impl<'a> Layout<'a> {
         let fits = self.fits(outline, gap_m);
         if fits {
             self.scene.cylinders.extend(cylinders);
+        }
+        fits
+    }
+
+    /// A thicket where its outline fits; `false` where it does not.
+    pub(super) fn place_thicket(&mut self, outline: Shape, gap_m: f64, thicket: Thicket) -> bool {
+        let fits = self.fits(outline, gap_m);
+        if fits {
+            self.scene.thickets.push(thicket);
         }
         fits
     }
@@ -222,7 +235,7 @@ fn border(shape: Shape) -> Vec<DVec2> {
     const STEPS: u32 = 8;
     let around = (0..4 * STEPS).map(|i| f64::from(i) / f64::from(STEPS));
     match shape {
-        Shape::Rectangle(center, half, turn) => {
+        Shape::Rectangle(center, half, turn) | Shape::Oval(center, half, turn) => {
             let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)].map(DVec2::from);
             let along = |t: f64| {
                 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "in 0..4")]

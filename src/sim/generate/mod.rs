@@ -1,5 +1,7 @@
-//! Random indoor scenes from a seed and a glare level, in three families.
+//! Random scenes from a seed and a glare level, in families: rooms for cameras, glass and greenery for lidars.
 
+mod glazed;
+mod green;
 mod held_out;
 mod layout;
 mod physics;
@@ -48,15 +50,38 @@ pub enum Family {
     HeldOut,
     /// Clear vessels on a table from 0.4 to 1 m: for training beside the rooms.
     Tabletop,
+    /// Rooms with glass fronts, railings, doors, mirrors, for lidars.
+    Glass,
+    /// Narrow passages closed by curtains of strings.
+    Curtain,
+    /// Grass, bushes and trees apart.
+    Vegetation,
+    /// Grass, bushes and trees intertwined.
+    Thicket,
 }
 
 impl Family {
+    /// All of them.
+    pub const ALL: [Self; 7] = [
+        Self::Train,
+        Self::HeldOut,
+        Self::Tabletop,
+        Self::Glass,
+        Self::Curtain,
+        Self::Vegetation,
+        Self::Thicket,
+    ];
+
     /// Its name at the command line.
     pub fn name(self) -> &'static str {
         match self {
             Self::Train => "train",
             Self::HeldOut => "held-out",
             Self::Tabletop => "tabletop",
+            Self::Glass => "glass",
+            Self::Curtain => "curtain",
+            Self::Vegetation => "vegetation",
+            Self::Thicket => "thicket",
         }
     }
 }
@@ -75,6 +100,10 @@ pub fn generate(family: Family, level: Level, seed: u64, frames: u32) -> Result<
             Family::Train => train::scene(level, &mut random),
             Family::HeldOut => held_out::scene(level, &mut random),
             Family::Tabletop => tabletop::scene(level, frames, &mut random),
+            Family::Glass => glazed::scene(level, &mut random),
+            Family::Curtain => green::passage(level, &mut random),
+            Family::Vegetation => green::meadow(level, false, &mut random),
+            Family::Thicket => green::meadow(level, true, &mut random),
         };
         scene.name = format!("{family:?} {level:?} seed {seed}");
         scene.seed = seed;

@@ -58,7 +58,7 @@ fn rooms(random: &mut Random) -> Vec<Room> {
     rooms
 }
 
-fn materials(layout: &mut Layout<'_>) {
+pub(super) fn materials(layout: &mut Layout<'_>) {
     let floor = layout.random.pick(&[Pattern::Tiles, Pattern::Planks, Pattern::Clouds]);
     let scale_m = layout.random.within(0.3, 0.8);
     layout.floor(floor, scale_m);
@@ -76,7 +76,7 @@ fn materials(layout: &mut Layout<'_>) {
     layout.scene.materials.insert("mirror".into(), Material::mirror());
 }
 
-fn furnish(layout: &mut Layout<'_>) {
+pub(super) fn furnish(layout: &mut Layout<'_>) {
     let (mut wanted, mut trials) = (layout.random.count(5, 9), 0);
     while wanted > 0 && trials < 80 {
         trials += 1;

@@ -15,7 +15,7 @@ const TRIALS: u32 = 400;
 /// Lays waypoints until the way takes as many frames as the scene asks for; `false` where none are found.
 pub(super) fn lay(scene: &mut Scene, random: &mut Random) -> bool {
     let things: Vec<Footprint> =
-        footprints(scene).into_iter().filter(|thing| thing.span_m[0] < 1.5).collect();
+        footprints(scene).into_iter().filter(|thing| thing.span_m[0] < 1.5 && !thing.passable).collect();
     let free = |scene: &Scene, at: DVec2| {
         is_inside(scene, at.x, at.y) && things.iter().all(|thing| thing.shape.distance_m(at) > GAP_M)
     };

@@ -6,6 +6,8 @@
 //! | `/truth/material/image_raw` (`mono8`) | `truth/material/NNNNNN.png` | its [`Kind`](super::material::Kind)'s code |
 //! | `/truth/map` (`nav_msgs/OccupancyGrid`) | `truth/map/NNNNNN.png`, `truth/map.yaml` | [`TrueMap::cells`]; in pictures code + 1, row 0 = smallest y |
 //! | `/truth/scene` (`std_msgs/String`) | `truth/scene.yaml` | the scene |
+//! | `/truth/all` (`nav_msgs/OccupancyGrid`) | | where there is a lidar: [`TrueMap::all_cells`] |
+//! | `/truth/points` (`PointCloud2`) | | of each point of a scan: its true place in the map, and [`PointTruth`](super::lidar::PointTruth) |
 
 mod read;
 
@@ -30,6 +32,8 @@ pub const FREE: i8 = 0;
 pub const OCCUPIED: i8 = 100;
 /// The same, where all that stands there is glass.
 pub const GLASS: i8 = 99;
+/// The same, where all that stands there can be passed: grass, strings.
+pub const PASSABLE: i8 = 50;
 
 /// Margin around the rooms, metres.
 const MARGIN_M: f64 = 0.5;
@@ -40,12 +44,14 @@ const ON_FLOOR_M: f64 = 0.02;
 /// Heights at which rays are taken to cross a cell, as shares of the height band.
 const LEVELS: [f64; 10] = [0.01, 0.05, 0.1, 0.18, 0.27, 0.37, 0.48, 0.63, 0.8, 0.98];
 
-/// What stands in a cell.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// What stands in a cell, the one that counts last.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Content {
     /// No room.
     Outside,
     Nothing,
+    /// Grass, strings.
+    Passable,
     Glass,
     Solid,
 }
@@ -123,7 +129,11 @@ impl TrueMap {
         if thing.span_m[1] < self.band_m[0] || thing.span_m[0] > self.band_m[1] {
             return;
         }
-        let content = if thing.glass { Content::Glass } else { Content::Solid };
+        let content = match (thing.glass, thing.passable) {
+            (true, _) => Content::Glass,
+            (_, true) => Content::Passable,
+            _ => Content::Solid,
+        };
         for y in 0..self.grid.height {
             for x in 0..self.grid.width {
                 if thing.shape.distance_m(self.center(x, y)) == 0.0 {
@@ -143,9 +153,7 @@ impl TrueMap {
     }
 
     fn mark(&mut self, cell: usize, content: Content) {
-        if self.contents[cell] != Content::Solid {
-            self.contents[cell] = content;
-        }
+        self.contents[cell] = self.contents[cell].max(content);
     }
 
     /// Takes in what a frame shows, by its true depth and pose.
@@ -170,7 +178,7 @@ impl TrueMap {
                 self.seen[cell] |= match self.contents[cell] {
                     Content::Outside => false,
                     Content::Nothing => on_floor,
-                    Content::Glass | Content::Solid => in_band,
+                    Content::Passable | Content::Glass | Content::Solid => in_band,
                 };
             }
         }
@@ -214,8 +222,14 @@ impl TrueMap {
             (true, Content::Nothing) => FREE,
             (true, Content::Solid) => OCCUPIED,
             (true, Content::Glass) => GLASS,
+            (true, Content::Passable) => PASSABLE,
         };
         self.contents.iter().zip(&self.seen).map(cell).collect()
+    }
+
+    /// All cells as if every one had been seen.
+    pub fn all_cells(&self) -> Vec<i8> {
+        Self { seen: vec![true; self.contents.len()], ..self.clone() }.cells()
     }
 }
 
@@ -227,6 +241,11 @@ fn border(shape: Shape, step_m: f64) -> Vec<DVec2> {
     };
     match shape {
         Shape::Segment(a, b) => line(a, b),
+        Shape::Oval(center, half, turn) => {
+            let steps = whole((std::f64::consts::TAU * half.max_element() / step_m).ceil()).max(8);
+            let angle = |k: u32| std::f64::consts::TAU * f64::from(k) / f64::from(steps);
+            (0..steps).map(|k| center + turn.rotate(DVec2::from_angle(angle(k)) * half)).collect()
+        }
         Shape::Rectangle(center, half, turn) => {
             let corner = |x: f64, y: f64| center + turn.rotate(half * DVec2::new(x, y));
             let corners = [corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];

@@ -5,23 +5,64 @@ use std::path::{Path, PathBuf};
 use serde_bytes::Bytes;
 
 use super::Recorder;
-use crate::base::Result;
-use crate::base::Rigid;
+use crate::base::{Result, Rigid};
+use crate::config::Config;
 use crate::map::Grid;
 use crate::message::ros2::{
-    CameraInfo, Header, Image, Pose, Quaternion, TFMessage, Time, TransformStamped, Vector3,
+    CameraInfo, Header, Image, PointCloud2, Pose, Quaternion, TFMessage, Time, TransformStamped, Vector3,
 };
 use crate::message::written::{MapMetaData, OccupancyGrid, RosString};
+use crate::output::cloud::{FLOAT32, cloud};
 use crate::output::{End, RosFile, StagedFile, abandon};
 use crate::sensor::CameraModel;
 use crate::sim::frame::SimFrame;
+use crate::sim::lidar::{LIDAR_FRAME, LidarModel, PointTruth, SimScan};
 use crate::sim::scene::Scene;
 use crate::sim::trajectory::base_from_camera;
+use crate::sim::truth::TrueMap;
 use crate::stage::single;
 
 const MAP_FRAME: &str = "map";
 const BASE_FRAME: &str = "base_link";
 const OPTICAL_FRAME: &str = "camera_color_optical_frame";
+
+/// `sensor_msgs/PointField`'s codes.
+const UINT8: u8 = 2;
+const UINT16: u8 = 4;
+
+/// Where the driver of a lidar publishes.
+fn topic_of(model: LidarModel) -> &'static str {
+    match model {
+        LidarModel::Vlp16 | LidarModel::Hdl32e | LidarModel::Vlp32c => "/velodyne_points",
+        LidarModel::Os1x64 => "/ouster/points",
+        LidarModel::Qt64 => "/hesai/points",
+    }
+}
+
+fn measured_cloud(header: Header, scan: &SimScan) -> PointCloud2 {
+    let mut data = Vec::new();
+    for point in &scan.scan.points {
+        let floats = [point.x_m, point.y_m, point.z_m, point.intensity];
+        data.extend(floats.into_iter().flat_map(f32::to_le_bytes));
+        data.extend(point.ring.to_le_bytes());
+        data.extend(point.time_s.to_le_bytes());
+        data.push(point.return_type as u8);
+    }
+    let floats = ["x", "y", "z", "intensity"].map(|name| (name, FLOAT32, 4));
+    let rest = [("ring", UINT16, 2), ("time", FLOAT32, 4), ("return_type", UINT8, 1)];
+    cloud(header, &[floats.as_slice(), &rest].concat(), data)
+}
+
+/// Of each point in the same order: the true place, the material's number and the flags of [`PointTruth`].
+fn true_cloud(header: Header, scan: &SimScan) -> PointCloud2 {
+    let mut data = Vec::new();
+    for PointTruth { place_m, material, flags } in &scan.truth {
+        data.extend(place_m.as_vec3().to_array().into_iter().flat_map(f32::to_le_bytes));
+        data.extend([*material, *flags]);
+    }
+    let place = ["x", "y", "z"].map(|name| (name, FLOAT32, 4));
+    cloud(header, &[place.as_slice(), &[("material", UINT8, 1), ("flags", UINT8, 1)]].concat(), data)
+}
 
 /// Topics as a RealSense camera's driver names them, and those of [`crate::sim::truth`]:
 ///
@@ -31,12 +72,14 @@ const OPTICAL_FRAME: &str = "camera_color_optical_frame";
 /// | `/camera/camera/color/image_raw`, `camera_info` | `rgb8`, on the depth grid |
 /// | `/camera/camera/aligned_depth_to_color/image_raw`, `camera_info` | `16UC1`, millimetres |
 /// | `/camera/camera/infra1/image_rect_raw`, `infra2` | `mono8`, where asked for |
+/// | `/velodyne_points`, `/ouster/points`, `/hesai/points` | scans as the driver of that lidar packs them, with `return_type` |
 /// | `/truth/...` | ground truth |
 pub struct McapRecorder {
     file: RosFile<StagedFile>,
     camera: CameraModel,
-    mount: Rigid,
-    scene_yaml: Option<String>,
+    /// Until something was written.
+    scene: Option<Scene>,
+    scans: &'static str,
     infrared: bool,
 }
 
@@ -49,8 +92,8 @@ impl McapRecorder {
         Ok(Self {
             file: RosFile::new(StagedFile::create(path)?, path)?,
             camera: scene.camera.model(),
-            mount: base_from_camera(&scene.camera),
-            scene_yaml: Some(scene.to_yaml()?),
+            scene: Some(scene.clone()),
+            scans: scene.lidar.as_ref().map_or("", |lidar| topic_of(lidar.model)),
             infrared,
         })
     }
@@ -99,11 +142,35 @@ impl McapRecorder {
         Ok(())
     }
 
+    /// What comes first: mounts, the scene, and the whole true map where there is a lidar.
+    fn begin(&mut self, stamp_ns: u64) -> Result<()> {
+        let Some(scene) = self.scene.take() else { return Ok(()) };
+        let mut mounts = vec![(OPTICAL_FRAME, base_from_camera(&scene.camera))];
+        mounts.extend(scene.lidar.as_ref().map(|lidar| (LIDAR_FRAME, lidar.base_from_lidar())));
+        let transform = |(child, pose): (&str, Rigid)| TransformStamped {
+            header: Header::new(stamp_ns, BASE_FRAME),
+            child_frame_id: child.into(),
+            transform: pose.into(),
+        };
+        let transforms = mounts.into_iter().map(transform).collect();
+        self.file.write("/tf_static", stamp_ns, &TFMessage { transforms })?;
+        self.file.write("/truth/scene", stamp_ns, &RosString { data: scene.to_yaml()? })?;
+        if scene.lidar.is_some() {
+            let map = TrueMap::new(&scene, &Config::default());
+            self.map("/truth/all", stamp_ns, &map.grid(), &map.all_cells())?;
+        }
+        Ok(())
+    }
+
     fn truth(&mut self, frame: &SimFrame, grid: &Grid, cells: &[i8]) -> Result<()> {
         let at = frame.stamp_ns;
         let depth = bytemuck::cast_slice(&frame.true_depth_m).to_vec();
         self.image("/truth/depth/image_raw", at, "32FC1", depth)?;
         self.image("/truth/material/image_raw", at, "mono8", frame.material.clone())?;
+        self.map("/truth/map", at, grid, cells)
+    }
+
+    fn map(&mut self, topic: &str, at: u64, grid: &Grid, cells: &[i8]) -> Result<()> {
         let position = Vector3 { x: grid.origin_x_m, y: grid.origin_y_m, z: 0.0 };
         let info = MapMetaData {
             map_load_time: Time::from_stamp_ns(at),
@@ -114,18 +181,28 @@ impl McapRecorder {
         };
         let data = Bytes::new(bytemuck::cast_slice(cells));
         let map = OccupancyGrid { header: Header::new(at, MAP_FRAME), info, data };
-        self.file.write("/truth/map", at, &map)
+        self.file.write(topic, at, &map)
     }
 }
 
 impl Recorder for McapRecorder {
     fn write(&mut self, frame: &SimFrame, grid: &Grid, cells: &[i8]) -> Result<()> {
-        if let Some(data) = self.scene_yaml.take() {
-            self.transform("/tf_static", frame.stamp_ns, [BASE_FRAME, OPTICAL_FRAME], self.mount)?;
-            self.file.write("/truth/scene", frame.stamp_ns, &RosString { data })?;
-        }
+        self.begin(frame.stamp_ns)?;
         self.sensor(frame)?;
         self.truth(frame, grid, cells)?;
+        self.file.end_result()
+    }
+
+    fn write_pose(&mut self, stamp_ns: u64, map_from_base: Rigid) -> Result<()> {
+        self.begin(stamp_ns)?;
+        self.transform("/tf", stamp_ns, [MAP_FRAME, BASE_FRAME], map_from_base)
+    }
+
+    fn write_scan(&mut self, scan: &SimScan, end_ns: u64) -> Result<()> {
+        self.begin(scan.scan.stamp_ns)?;
+        let stamp_ns = scan.scan.stamp_ns;
+        self.file.write(self.scans, end_ns, &measured_cloud(Header::new(stamp_ns, LIDAR_FRAME), scan))?;
+        self.file.write("/truth/points", end_ns, &true_cloud(Header::new(stamp_ns, MAP_FRAME), scan))?;
         self.file.end_result()
     }
 

@@ -9,8 +9,9 @@ pub use mcap::McapRecorder;
 pub use tum::TumRecorder;
 
 use super::frame::SimFrame;
+use super::lidar::SimScan;
 use super::scene::Scene;
-use crate::base::Result;
+use crate::base::{Error, Result, Rigid};
 use crate::map::Grid;
 use crate::output::End;
 
@@ -21,6 +22,24 @@ pub trait Recorder {
     /// # Errors
     /// [`crate::Error::File`] or [`crate::Error::Encode`], both with the path.
     fn write(&mut self, frame: &SimFrame, grid: &Grid, cells: &[i8]) -> Result<()>;
+
+    /// Appends the robot's pose where there is no frame.
+    ///
+    /// # Errors
+    /// As for writing, and [`crate::Error::Config`] where the recording takes frames alone.
+    fn write_pose(&mut self, stamp_ns: u64, map_from_base: Rigid) -> Result<()> {
+        let _ = (stamp_ns, map_from_base);
+        Err(only_frames())
+    }
+
+    /// Appends a scan that ends at `end_ns`, with the truth of its points.
+    ///
+    /// # Errors
+    /// As for [`Self::write_pose`].
+    fn write_scan(&mut self, scan: &SimScan, end_ns: u64) -> Result<()> {
+        let _ = (scan, end_ns);
+        Err(only_frames())
+    }
 
     /// Completes the recording.
     ///
@@ -38,6 +57,11 @@ pub trait Recorder {
     }
 }
 
+fn only_frames() -> Error {
+    let reason = "a TUM folder holds images alone; write an MCAP file".into();
+    Error::Config { key: "lidar".into(), reason }
+}
+
 /// Whether a recording of that name is an MCAP file.
 pub fn is_mcap(path: &Path) -> bool {
     path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("mcap"))
@@ -50,6 +74,9 @@ pub fn is_mcap(path: &Path) -> bool {
 pub fn recorder(path: &Path, scene: &Scene, infrared: bool) -> Result<Box<dyn Recorder>> {
     if is_mcap(path) {
         return Ok(Box::new(McapRecorder::create(path, scene, infrared)?));
+    }
+    if scene.lidar.is_some() {
+        return Err(only_frames());
     }
     Ok(Box::new(TumRecorder::create(path, scene, infrared)?))
 }

@@ -77,13 +77,19 @@ impl VelodyneModel {
         }
     }
 
-    fn elevations_deg(self) -> &'static [f64] {
+    /// Degrees above the horizontal by laser.
+    pub(crate) fn elevations_deg(self) -> &'static [f64] {
         match self {
             Self::Vlp16 => &VLP16_DEG,
             Self::PuckHiRes => &PUCK_HI_RES_DEG,
             Self::Hdl32e => &HDL32E_DEG,
             Self::Vlp32c => &VLP32C_DEG,
         }
+    }
+
+    /// Hundredths of a degree that a laser points ahead of the azimuth, clockwise.
+    pub(crate) fn ahead_hundredths(self, laser: usize) -> i16 {
+        if self == Self::Vlp32c { VLP32C_AHEAD[laser] } else { 0 }
     }
 
     fn timing(self) -> Timing {
@@ -137,7 +143,7 @@ impl Calibration {
         for (at, channel) in channels.iter_mut().enumerate() {
             let (laser, sequence) = (at % lasers, at / lasers);
             let elevation = elevations[laser].to_radians();
-            let ahead = if model == VelodyneModel::Vlp32c { VLP32C_AHEAD[laser] } else { 0 };
+            let ahead = model.ahead_hundredths(laser);
             *channel = Channel {
                 cos_elevation: elevation.cos() as f32,
                 sin_elevation: elevation.sin() as f32,
