@@ -28,10 +28,13 @@ struct SimBeamParams {
 
 const ECHOES = 4u;              // of a sub-ray that are kept
 const SEGMENTS = 10u;           // rays that a sub-ray may spend
-// The lobe around head on in which glass and other smooth surfaces send light straight back: deviation and height by
-// its share of mirror light (dust, scratches and the receiver's width make it wider than a mirror's own).
-const LOBE_RAD = 0.1;
-const LOBE_GAIN = 16.0;
+// The lobe around head on in which glass and other smooth surfaces send light straight back (dust, scratches and the
+// receiver's width make it wider than a mirror's own): a core and a skirt, deviations and heights by its share of
+// mirror light, such that a QT64 sees a pane 5 m off as 3DRef's scans have it.
+const CORE_RAD = 0.07;
+const CORE_GAIN = 16.0;
+const SKIRT_RAD = 0.21;
+const SKIRT_GAIN = 1.6;
 // Slopes of a surface above which its mirror image of a beam is lost.
 const SHARP = 0.01;
 const MIRROR_KIND = 5.0;
@@ -88,6 +91,13 @@ fn to_map(column: u32, v: vec3<f32>) -> vec3<f32> {
     );
 }
 
+// Height of the lobe that a smooth surface sends back, at an angle off head on, by its roughness.
+fn straight_back(angle_rad: f32, roughness: f32) -> f32 {
+    let core = angle_rad / max(CORE_RAD, 2.0 * roughness);
+    let skirt = angle_rad / max(SKIRT_RAD, 2.0 * roughness);
+    return CORE_GAIN * exp(-core * core) + SKIRT_GAIN * exp(-skirt * skirt);
+}
+
 // A share of power, 0 where even a white wall's echo here would be too faint.
 fn visible_share(share: f32, travelled_m: f32) -> f32 {
     return select(0.0, share, share > beam_params.faintest * travelled_m * travelled_m);
@@ -111,8 +121,7 @@ fn followed(shot: ptr<function, Shot>) -> Met {
     let one_face = select(0.0, fresnel(optics.x, cosine), optics.x > 0.0);
     let pane = optics.z > 0.0;
     let mirrored = select(one_face, pane_reflectance(one_face), pane);
-    let off = acos(min(cosine, 1.0)) / max(LOBE_RAD, 2.0 * optics.y);
-    let lobe = LOBE_GAIN * mirrored * exp(-off * off);
+    let lobe = mirrored * straight_back(acos(min(cosine, 1.0)), optics.y);
     let footprint_m = travelled_m * beam_params.spread_level_rad;
     let matt = albedo_at(surface.material, at, surface.normal, footprint_m).w * cosine * (1.0 - mirrored);
     let power = share * (select(matt, 0.0, pane) + lobe) / (travelled_m * travelled_m);

@@ -13,6 +13,10 @@ struct SimEchoParams {
     scale: f32,             // intensity of 1
     largest: f32,           // intensity
     nearest_m: f32,
+    focus_m: f32,           // ranges below which the signal grows no further, where it is not calibrated
+    pad0: u32,
+    pad1: u32,
+    pad2: u32,
 }
 
 @group(0) @binding(0) var<uniform> echo_params: SimEchoParams;
@@ -106,7 +110,9 @@ fn reported(peak: Peak, beam: u32, slot: u32) -> vec4<u32> {
     let bits = hash3(i32(beam), i32(slot), echo_params.seed);
     let range = peak.range_m + echo_params.range_noise_m * normal(bits);
     let noisy = max(peak.power * (1.0 + echo_params.power_noise * normal(hash(bits))), 0.0);
-    let value = noisy * select(1.0, peak.range_m * peak.range_m, echo_params.calibrated == 1u);
+    let squared = peak.range_m * peak.range_m;
+    let focus = squared / (squared + echo_params.focus_m * echo_params.focus_m);
+    let value = noisy * select(focus, squared, echo_params.calibrated == 1u);
     let intensity = min(value * echo_params.scale, echo_params.largest);
     let part = sent_back[peak.place];
     return vec4(bitcast<u32>(max(range, 0.001)), bitcast<u32>(intensity), part.z, part.w);

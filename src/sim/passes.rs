@@ -276,5 +276,13 @@ crate::params! {
         pub largest: f32,
         /// Metres.
         pub nearest_m: f32,
+        /// Metres.
+        pub focus_m: f32,
+        /// Unused.
+        pub pad0: u32,
+        /// Unused.
+        pub pad1: u32,
+        /// Unused.
+        pub pad2: u32,
     }
 }

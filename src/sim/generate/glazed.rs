@@ -4,6 +4,7 @@ use std::f64::consts::FRAC_PI_2;
 
 use super::layout::Layout;
 use super::{Level, Physics, Random, train};
+use crate::sim::material::Material;
 use crate::sim::scene::{Block, Pane, Room, Scene};
 
 /// Width of the posts between panes, metres.
@@ -18,6 +19,15 @@ pub(super) fn scene(level: Level, random: &mut Random) -> Scene {
     train::materials(&mut layout);
     let glow = layout.random.within(5.0, 9.0);
     layout.lamps(3.2, [0.6, 0.6], [glow, glow * 0.95, glow * 0.85]);
+    if layout.random.chance(0.4) {
+        // Coated against heat: it reflects more of the infrared than of the light.
+        let coated = Material {
+            reflectance: layout.random.within(0.08, 0.2),
+            transmission: layout.random.within(0.5, 0.8),
+            ..Material::glass()
+        };
+        layout.scene.materials.insert("glass".into(), coated);
+    }
     front(&mut layout, width, depth);
     railing(&mut layout, width, depth);
     if layout.random.chance(0.6) {

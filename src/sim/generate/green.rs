@@ -136,7 +136,7 @@ fn grass(layout: &mut Layout<'_>, intertwined: bool) {
         size_m: [2.0 * half.x, 2.0 * half.y, height],
         yaw_rad,
         outline: Outline::Box,
-        density_per_m3: layout.random.within(300.0, 1500.0),
+        density_per_m3: layout.random.within(1500.0, 10_000.0),
         element_width_m: layout.random.within(0.004, 0.008),
         element_length_m: layout.random.within(0.2, 0.4),
         material: "grass".into(),

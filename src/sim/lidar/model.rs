@@ -31,7 +31,7 @@ pub enum LidarModel {
 }
 
 /// A sensor's constants. Rings, columns, noise and divergence are those of the manuals where these give them. The
-/// range at which a tenth is still seen, the length of a pulse and the noise of the signal are assumptions.
+/// range at which a tenth is still seen, the length of a pulse, the noise of the signal and its focus are assumptions.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Optics {
     /// Elevation of each ring, the lowest first, radians.
@@ -54,7 +54,9 @@ pub struct Optics {
     pub power_noise: f64,
     /// Whether intensity is reflectivity (the range is taken out), or else the signal.
     pub calibrated: bool,
-    /// Intensity of a white wall, of the signal at 1 m.
+    /// Range below which the signal grows no further, where it is not calibrated, metres.
+    pub focus_m: f64,
+    /// Intensity of a white wall; where it is the signal, of one at 1 m that is in focus.
     pub scale: f64,
     /// Largest intensity.
     pub largest: f64,
@@ -105,6 +107,7 @@ impl LidarModel {
             range_noise_m: 0.015,
             power_noise: 0.05,
             calibrated: true,
+            focus_m: 0.0,
             scale: 100.0,
             largest: 255.0,
         };
@@ -124,6 +127,7 @@ impl LidarModel {
                 tenth_seen_m: 40.0,
                 pulse_m: 0.6,
                 calibrated: false,
+                focus_m: 5.0,
                 scale: 40_000.0,
                 largest: 65_535.0,
                 ..velodyne

@@ -209,6 +209,10 @@ impl LidarSimulator {
             scale: single(optics.scale * self.lidar.intensity_gain),
             largest: single(optics.largest * self.lidar.intensity_gain),
             nearest_m: single(optics.range_m[0]),
+            focus_m: single(optics.focus_m),
+            pad0: 0,
+            pad1: 0,
+            pad2: 0,
         }
     }
 

@@ -22,6 +22,10 @@ fn params(beams: u32, returns: u32) -> SimEchoParams {
         scale: 100.0,
         largest: 255.0,
         nearest_m: 0.5,
+        focus_m: 0.0,
+        pad0: 0,
+        pad1: 0,
+        pad2: 0,
     }
 }
 
