@@ -3,6 +3,7 @@
 mod command;
 mod contest;
 mod depth;
+mod glass_scenes;
 mod map;
 mod pairs;
 mod ranking;

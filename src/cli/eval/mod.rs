@@ -1,6 +1,7 @@
 //! `limpid eval`: what is scored depends on the kind of input.
 
 mod glass;
+mod glass_scenes;
 mod pairs;
 mod scenes;
 mod shown;
@@ -31,6 +32,12 @@ pub(crate) struct EvalArguments {
     /// Whether panes of glass are kept from one labelled scan to the next
     #[arg(long, value_enum, default_value = "on")]
     memory: Memory,
+    /// Score labels and panes on this many simulated drives past glass (HDL-32E, dual return), from --first-seed on
+    #[arg(long, value_name = "N", conflicts_with_all = ["inputs", "html", "keep"], value_parser = clap::value_parser!(u32).range(1..))]
+    glass_scenes: Option<u32>,
+    /// Scans of each of these drives
+    #[arg(long, value_name = "N", default_value_t = 100, requires = "glass_scenes", value_parser = clap::value_parser!(u32).range(1..))]
+    scans: u32,
     /// Keep the counts of every scene or recording here, and take those that are there already
     #[arg(long, value_name = "DIR")]
     keep: Option<PathBuf>,
@@ -157,6 +164,9 @@ pub(crate) fn execute(arguments: &EvalArguments) -> Result<()> {
     arguments.paths(&arguments.base_config()?).check()?;
     if let Some(folder) = &arguments.html {
         make_folder(folder)?;
+    }
+    if let Some(scenes) = arguments.glass_scenes {
+        return glass_scenes::execute(arguments, scenes);
     }
     match (&arguments.pairs, arguments.inputs.as_slice()) {
         (Some(list), [folder]) => pairs::execute(arguments, list, folder),

@@ -111,6 +111,25 @@ impl GlassTally {
         }
     }
 
+    /// Takes the counts of other scans in.
+    pub fn join(&mut self, other: &Self) {
+        for (own, other) in self.classes.iter_mut().zip(&other.classes) {
+            own.wanted += other.wanted;
+            own.called += other.called;
+            own.both += other.both;
+        }
+        for (own, other) in [
+            (&mut self.reflections, other.reflections),
+            (&mut self.reflections_left, other.reflections_left),
+            (&mut self.normal, other.normal),
+            (&mut self.normal_lost, other.normal_lost),
+            (&mut self.mirrored, other.mirrored),
+            (&mut self.mirrored_near, other.mirrored_near),
+        ] {
+            *own += other;
+        }
+    }
+
     fn count(&mut self, label: u32, class: PointClass) {
         if label == 0 || label > 6 {
             return;

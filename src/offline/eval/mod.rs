@@ -5,6 +5,7 @@
 pub mod contest;
 pub mod depth;
 pub mod glass_metrics;
+pub mod glass_scenes;
 pub mod map;
 pub mod pairs;
 pub mod picture;

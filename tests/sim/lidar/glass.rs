@@ -50,7 +50,7 @@ fn truth_reflections_lie_as_far_behind_the_pane_as_what_they_show_before_it() {
     if skipped() {
         return;
     }
-    for (material, least) in [("glass", 100), ("mirror", 1500)] {
+    for (material, least) in [("glass", 100), ("mirror", 1000)] {
         let scene = with_sheet(material);
         let scan = scan_of(&scene);
         let mut mirrored = 0;
