@@ -11,6 +11,7 @@ use crate::sensor::{CameraModel, Distortion};
 /// The matrices, the lens and the sensor's size, as they are stated.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Calibration {
+    /// Zero where it is not stated.
     size: [u32; 2],
     binning: [u32; 2],
     /// Offset and size of the region, in pixels of the whole sensor.
@@ -50,6 +51,8 @@ impl Pinhole {
 pub(crate) enum Fit {
     /// As it is stated.
     Stated,
+    /// It states no size, and is taken to be for the images'.
+    Unsized,
     /// Its binning and region are stated, but its size is already that of the images.
     Reduced,
     /// Images have every n-th pixel.
@@ -66,7 +69,7 @@ pub(crate) struct Fitted {
 
 impl Calibration {
     /// # Errors
-    /// [`crate::Error::Decode`] where neither K nor P can be used, or the size is zero.
+    /// [`crate::Error::Decode`] where neither K nor P can be used, or the size is that of no image.
     pub(crate) fn of_ros(info: &ros2::CameraInfo) -> Result<Self> {
         let calibration =
             Self::new([info.width, info.height], &info.k, &info.distortion_model, &info.d, &info.p)?;
@@ -90,7 +93,7 @@ impl Calibration {
     /// As [`Self::of_ros`].
     fn new(size: [u32; 2], k: &[f64], model: &str, d: &[f64], p: &[f64]) -> Result<Self> {
         let bad = |reason: String| Err(decode_error("camera intrinsics", reason));
-        if size.contains(&0) {
+        if size.contains(&0) && size != [0, 0] {
             return bad(format!("image size is {}x{}", size[0], size[1]));
         }
         let raw = match *k {
@@ -128,6 +131,9 @@ impl Calibration {
         let (fit, offset, scale) = self.fit([width, height])?;
         match fit {
             Fit::Stated => {}
+            Fit::Unsized => {
+                notes.push(format!("states no size: taken to be for {width}x{height}, as the images are"))
+            }
             Fit::Reduced => notes.push(format!(
                 "says binning or a region, but is for {width}x{height} as the images are: taken as it is"
             )),
@@ -190,6 +196,9 @@ impl Calibration {
 
     /// How images of a size lie on the sensor: the offset in its pixels and how many of these make one of theirs.
     fn fit(&self, image: [u32; 2]) -> Result<(Fit, [f64; 2], [f64; 2]), String> {
+        if self.size == [0, 0] && self.region.is_none() {
+            return Ok((Fit::Unsized, [0.0; 2], self.binning.map(f64::from)));
+        }
         let (offset, region) = self.region.unwrap_or(([0, 0], self.size));
         let region = if region.contains(&0) { self.size } else { region };
         let reduced = [region[0] / self.binning[0], region[1] / self.binning[1]];

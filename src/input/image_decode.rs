@@ -10,6 +10,7 @@ use std::path::Path;
 use image::{DynamicImage, ImageDecoder, ImageError, ImageFormat, ImageReader, Limits};
 
 use crate::base::{Error, Result};
+use crate::input::color_layout::{self, ColorLayout, demosaiced, rgb_of_yuv};
 use crate::input::start::open_file;
 use crate::input::{exr_decode, rvl};
 use crate::message::decode_error;
@@ -25,8 +26,6 @@ pub const MAX_DECODER_BYTES: u64 = 256 << 20;
 /// subsampled colours 1365.
 const MOST_UNPACKED: u64 = 1400;
 
-const COLOR_ENCODINGS: &str =
-    "rgb8, bgr8, rgba8, bgra8, mono8, 8UC1, 8UC3, 8UC4, yuv422 (uyvy) and yuv422_yuy2 (yuyv) are";
 const DEPTH_ENCODINGS: &str = "16UC1, mono16 and 32FC1 are";
 const CONFIDENCE_ENCODINGS: &str = "mono8, 8UC1 and 32FC1 are";
 
@@ -98,39 +97,50 @@ impl<'a> RawImage<'a> {
         Ok(self.rows(4)?.flat_map(|row| row.as_chunks::<4>().0.iter().map(|&bytes| convert(bytes))).collect())
     }
 
-    /// Colour, `3 * width * height` bytes. 8UC3 and 8UC4 are taken as BGR(A), OpenCV's order.
+    /// Colour, `3 * width * height` bytes. 8UC3 and 8UC4 are taken as BGR(A), OpenCV's order; of samples of 16 bits the upper
+    /// bytes count.
     ///
     /// # Errors
     /// [`Error::Decode`] for unknown encodings and sizes that do not fit the payload.
     pub fn color(&self) -> Result<Decoded<Vec<u8>>> {
-        let rgb = match self.encoding {
-            "rgb8" => self.packed(3, [0, 1, 2])?,
-            "bgr8" | "8UC3" => self.packed(3, [2, 1, 0])?,
-            "rgba8" => self.packed(4, [0, 1, 2])?,
-            "bgra8" | "8UC4" => self.packed(4, [2, 1, 0])?,
-            "mono8" | "8UC1" => self.packed(1, [0, 0, 0])?,
-            "yuv422" | "uyvy" => self.yuv([1, 0, 3, 2])?,
-            "yuv422_yuy2" | "yuyv" => self.yuv([0, 1, 2, 3])?,
-            _ => return Err(self.unknown("colour image", COLOR_ENCODINGS)),
+        let unknown = || self.unknown("colour image", color_layout::NAMES);
+        let rgb = match ColorLayout::of(self.encoding).ok_or_else(unknown)? {
+            ColorLayout::Packed { samples, rgb, bytes } => self.packed(samples, rgb, bytes)?,
+            ColorLayout::Pairs(order) => self.pairs(order)?,
+            ColorLayout::Mosaic { colors, bytes } => {
+                let samples: Vec<u8> = self.upper_bytes(1, bytes)?.collect();
+                demosaiced(&samples, self.width as usize, colors)
+            }
+            ColorLayout::Planes { uv, halved } => self.planes(uv, halved)?,
         };
         Ok(self.decoded(rgb))
     }
 
-    fn packed(&self, bytes_per_pixel: usize, [r, g, b]: [usize; 3]) -> Result<Vec<u8>> {
-        let rows = self.rows(bytes_per_pixel)?;
+    /// The upper bytes of all samples, row by row.
+    fn upper_bytes(&self, samples: usize, bytes: usize) -> Result<impl Iterator<Item = u8> + use<'a>> {
+        let upper = if self.big_endian { 0 } else { bytes - 1 };
+        Ok(self.rows(samples * bytes)?.flat_map(move |row| row.iter().skip(upper).step_by(bytes).copied()))
+    }
+
+    fn packed(&self, samples: usize, [r, g, b]: [usize; 3], bytes: usize) -> Result<Vec<u8>> {
+        if bytes > 1 {
+            let all: Vec<u8> = self.upper_bytes(samples, bytes)?.collect();
+            return Ok(all.chunks_exact(samples).flat_map(|px| [px[r], px[g], px[b]]).collect());
+        }
+        let rows = self.rows(samples)?;
         let mut rgb = Vec::with_capacity(3 * self.width as usize * self.height as usize);
         for row in rows {
-            if bytes_per_pixel == 3 && r == 0 {
+            if samples == 3 && r == 0 {
                 rgb.extend_from_slice(row);
             } else {
-                rgb.extend(row.chunks_exact(bytes_per_pixel).flat_map(|px| [px[r], px[g], px[b]]));
+                rgb.extend(row.chunks_exact(samples).flat_map(|px| [px[r], px[g], px[b]]));
             }
         }
         Ok(rgb)
     }
 
     /// `order`: where Y0, U, Y1 and V lie in the four bytes of a pair of pixels.
-    fn yuv(&self, order: [usize; 4]) -> Result<Vec<u8>> {
+    fn pairs(&self, order: [usize; 4]) -> Result<Vec<u8>> {
         if !self.width.is_multiple_of(2) {
             return Err(decode_error(
                 format!("{} image", self.encoding),
@@ -148,14 +158,45 @@ impl<'a> RawImage<'a> {
         Ok(rgb)
     }
 
+    /// Brightness of all pixels, then the pairs of U and V. Some drivers count both into `step`: then rows follow each other
+    /// without a gap.
+    fn planes(&self, [u, v]: [usize; 2], halved: bool) -> Result<Vec<u8>> {
+        let (width, height) = (self.width as usize, self.height as usize);
+        let (pair_columns, pair_rows) =
+            if halved { (width.div_ceil(2), height.div_ceil(2)) } else { (width, height) };
+        let bytes_of = |step: usize| {
+            let pairs_step = if halved { step.next_multiple_of(2) } else { 2 * step };
+            let end = pairs_step.checked_mul(pair_rows - 1)?.checked_add(2 * pair_columns)?;
+            Some((step.checked_mul(height)?, pairs_step, step.checked_mul(height)?.checked_add(end)?))
+        };
+        self.rows(1).map(drop)?;
+        let fits = [self.step as usize, width].into_iter().filter_map(|step| Some((step, bytes_of(step)?)));
+        let fit = fits.into_iter().find(|(_, (_, _, end))| *end <= self.data.len());
+        let Some((step, (pairs_at, pairs_step, _))) = fit else {
+            let bytes = self.data.len();
+            let reason =
+                format!("the colours of {width}x{height} pixels do not fit its payload of {bytes} bytes");
+            return Err(decode_error(format!("{} image", self.encoding), reason));
+        };
+        let mut rgb = Vec::with_capacity(3 * width * height);
+        for y in 0..height {
+            let pairs = &self.data[pairs_at + pairs_step * if halved { y / 2 } else { y }..];
+            for (x, &luma) in self.data[y * step..][..width].iter().enumerate() {
+                let pair = &pairs[2 * if halved { x / 2 } else { x }..];
+                rgb.extend(rgb_of_yuv(luma, pair[u], pair[v]));
+            }
+        }
+        Ok(rgb)
+    }
+
     /// Depth; integers are counts of `unit_m` metres, floats metres.
     ///
     /// # Errors
     /// [`Error::Decode`] for unknown encodings and sizes that do not fit the payload.
     pub fn depth(&self, unit_m: f64) -> Result<Decoded<DepthSamples>> {
-        let samples = match self.encoding {
-            "16UC1" | "mono16" => DepthSamples::Integer { raw: self.integers()?, unit_m },
-            "32FC1" => DepthSamples::Metres(self.floats()?),
+        let samples = match self.encoding.to_ascii_lowercase().as_str() {
+            "16uc1" | "mono16" => DepthSamples::Integer { raw: self.integers()?, unit_m },
+            "32fc1" => DepthSamples::Metres(self.floats()?),
             _ => return Err(self.unknown("depth image", DEPTH_ENCODINGS)),
         };
         Ok(self.decoded(samples))
@@ -171,11 +212,11 @@ impl<'a> RawImage<'a> {
     /// # Errors
     /// [`Error::Decode`] for unknown encodings and sizes that do not fit the payload.
     pub fn confidence(&self) -> Result<Decoded<Vec<f32>>> {
-        let samples = match self.encoding {
-            "mono8" | "8UC1" => {
+        let samples = match self.encoding.to_ascii_lowercase().as_str() {
+            "mono8" | "8uc1" => {
                 self.rows(1)?.flat_map(|row| row.iter().map(|&byte| f32::from(byte) / 255.0)).collect()
             }
-            "32FC1" => {
+            "32fc1" => {
                 let share = |value: f32| if value.is_nan() { 0.0 } else { value.clamp(0.0, 1.0) };
                 self.floats()?.into_iter().map(share).collect()
             }
@@ -183,21 +224,6 @@ impl<'a> RawImage<'a> {
         };
         Ok(self.decoded(samples))
     }
-}
-
-/// BT.601 with the studio range (Y 16..235), as video cameras send it.
-fn rgb_of_yuv(y: u8, u: u8, v: u8) -> [u8; 3] {
-    let (y, u, v) = (f32::from(y) - 16.0, f32::from(u) - 128.0, f32::from(v) - 128.0);
-    let luma = 1.164_383 * y;
-    [luma + 1.596_027 * v, luma - 0.391_762 * u - 0.812_968 * v, luma + 2.017_232 * u].map(|channel| {
-        #[expect(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "clamped to a byte first"
-        )]
-        let byte = channel.round().clamp(0.0, 255.0) as u8;
-        byte
-    })
 }
 
 /// An image file's bytes, at most [`MAX_DECODER_BYTES`] of them.

@@ -1,6 +1,7 @@
 //! An image as it came, decoded only once it is known to be used.
 
 use crate::base::Result;
+use crate::input::color_layout::ColorLayout;
 use crate::input::image_decode::{Decoded, RawImage, color_from_file, depth_from_compressed};
 use crate::message::{bare_frame, decode_error, foxglove, ros2};
 use crate::sensor::DepthSamples;
@@ -25,12 +26,11 @@ pub(crate) enum Shows {
 
 impl Shows {
     fn of_encoding(encoding: &str) -> Self {
-        match encoding {
-            "16UC1" | "mono16" | "32FC1" => Self::Depth,
-            "rgb8" | "bgr8" | "8UC3" | "rgba8" | "bgra8" | "8UC4" | "yuv422" | "uyvy" | "yuv422_yuy2"
-            | "yuyv" => Self::Color,
-            "mono8" | "8UC1" => Self::Grey,
-            other => Self::Other(other.into()),
+        match (encoding.to_ascii_lowercase().as_str(), ColorLayout::of(encoding)) {
+            ("16uc1" | "mono16" | "32fc1", _) => Self::Depth,
+            (_, Some(layout)) if layout.is_grey() => Self::Grey,
+            (_, Some(_)) => Self::Color,
+            (_, None) => Self::Other(encoding.into()),
         }
     }
 
@@ -110,7 +110,7 @@ impl ImageMessage {
             big_endian: false,
         });
         let stamp_ns = foxglove::stamp_ns(image.timestamp)?;
-        Ok(Self { stamp_ns, frame_id: image.frame_id, form, data: image.data })
+        Ok(Self { stamp_ns, frame_id: bare_frame(image.frame_id), form, data: image.data })
     }
 
     pub(crate) fn from_foxglove_compressed(payload: &[u8]) -> Result<Self> {
@@ -118,7 +118,7 @@ impl ImageMessage {
             foxglove::decode_protobuf("foxglove.CompressedImage", payload)?;
         let stamp_ns = foxglove::stamp_ns(image.timestamp)?;
         let form = Form::File { format: image.format };
-        Ok(Self { stamp_ns, frame_id: image.frame_id, form, data: image.data })
+        Ok(Self { stamp_ns, frame_id: bare_frame(image.frame_id), form, data: image.data })
     }
 
     /// What it shows.

@@ -4,6 +4,7 @@ mod apart;
 mod bag;
 pub(crate) mod calibration;
 mod calibrations;
+mod color_layout;
 mod db3;
 mod event;
 mod exr_decode;
@@ -71,6 +72,8 @@ pub struct ReadReport {
     pub skipped: Vec<Skipped>,
     /// Things a user should know: a cut-off file, topics chosen by type, a base frame derived.
     pub notes: Vec<String>,
+    /// What of its files is damaged, missing or passed over; also among the notes.
+    pub damage: Vec<String>,
     /// Of each sensor that has no poses: why, which frames there are, and which keys to set.
     pub frames: Vec<String>,
 }

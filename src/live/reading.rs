@@ -15,10 +15,11 @@ const SENSOR_MOST: usize = 64;
 const TRANSFORM_MOST: usize = 4096;
 
 /// Types whose messages are worth nothing once a newer one is there.
-const PERISHABLE: [&str; 9] = [
+const PERISHABLE: [&str; 10] = [
     "sensor_msgs/msg/Image",
     "sensor_msgs/msg/CompressedImage",
     "sensor_msgs/msg/PointCloud2",
+    "sensor_msgs/msg/PointCloud",
     "sensor_msgs/msg/LaserScan",
     "sensor_msgs/msg/MultiEchoLaserScan",
     "velodyne_msgs/msg/VelodyneScan",

@@ -235,6 +235,32 @@ pub struct PointCloud {
     pub data: Vec<u8>,
 }
 
+/// `foxglove.LaserScan`: ranges in the plane z = 0 of the pose.
+#[derive(Clone, PartialEq, prost::Message)]
+pub struct LaserScan {
+    /// Time of the scan.
+    #[prost(message, optional, tag = "1")]
+    pub timestamp: Option<Timestamp>,
+    /// Frame that the pose is given in.
+    #[prost(string, tag = "2")]
+    pub frame_id: String,
+    /// Pose of the scan's origin in the frame.
+    #[prost(message, optional, tag = "3")]
+    pub pose: Option<Pose>,
+    /// Direction of the first ray, radians about z from x.
+    #[prost(double, tag = "4")]
+    pub start_angle: f64,
+    /// Direction of the last ray.
+    #[prost(double, tag = "5")]
+    pub end_angle: f64,
+    /// Metres; the rays lie evenly between the two directions.
+    #[prost(double, repeated, tag = "6")]
+    pub ranges: Vec<f64>,
+    /// In the sensor's own unit; empty where it gives none.
+    #[prost(double, repeated, tag = "7")]
+    pub intensities: Vec<f64>,
+}
+
 /// A message from its protobuf bytes; allocates no more than a few times the payload's size.
 ///
 /// # Errors

@@ -8,26 +8,20 @@ pub enum DropReason {
     NoReturn,
     /// A coordinate, the intensity or the time is NaN or infinite.
     NotFinite,
-    /// The ring is no whole number from 0 to 65535, of which the last is [`crate::sensor::Point::UNKNOWN`].
-    Ring,
     /// The return's code has no meaning in the configured [`crate::sensor::ReturnCodes`].
     ReturnCode,
-    /// The label is no whole number from 0 to 2^32 - 2.
-    Label,
 }
 
 impl DropReason {
     /// All, in order of their numbers.
-    pub const ALL: [Self; 5] = [Self::NoReturn, Self::NotFinite, Self::Ring, Self::ReturnCode, Self::Label];
+    pub const ALL: [Self; 3] = [Self::NoReturn, Self::NotFinite, Self::ReturnCode];
 
     /// In words.
     pub fn text(self) -> &'static str {
         match self {
             Self::NoReturn => "no return",
             Self::NotFinite => "a value is NaN or infinite",
-            Self::Ring => "the ring is no whole number from 0 to 65535",
             Self::ReturnCode => "the return's code is unknown",
-            Self::Label => "the label is no whole number from 0 to 2^32 - 2",
         }
     }
 }

@@ -190,6 +190,22 @@ fn truth_binning_region_and_decimation_scale_the_camera() {
 }
 
 #[test]
+fn a_calibration_without_a_size_is_for_the_images() {
+    let unsized_info = CameraInfo { width: 0, height: 0, ..camera_info(at_ms(0), FRAME) };
+    let (got, report) = camera("/cam/depth/image_raw", &unsized_info);
+    assert_eq!(got, model([5.0, 6.0, 2.0, 1.5], Distortion::None));
+    assert!(noted(&report, "states no size: taken to be for 4x3"), "{:?}", report.notes);
+    let binned = CameraInfo { binning_x: 2, binning_y: 2, ..unsized_info.clone() };
+    assert_eq!(camera("/cam/depth/image_raw", &binned).0, model([2.5, 3.0, 0.75, 0.5], Distortion::None));
+    let half = CameraInfo { width: 4, ..unsized_info };
+    let mut recorder = Recorder::new();
+    recorder.info(DEPTH_INFO, at_ms(0), &half);
+    recorder.image(super::synthetic::DEPTH, at_ms(0), &depth_image(at_ms(0), 7));
+    let error = read_mcap(&recorder.save(), &Config::default()).unwrap_err().to_string();
+    assert!(error.contains("image size is 4x0"), "{error}");
+}
+
+#[test]
 fn sizes_that_do_not_fit_are_refused_with_both() {
     let large = |width, height| CameraInfo { width, height, ..camera_info(at_ms(0), FRAME) };
     let topic = "/cam/depth/image_raw";

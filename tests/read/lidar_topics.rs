@@ -134,3 +134,22 @@ fn a_lidar_alone_that_gives_nothing_is_told_of_in_its_words() {
     let text = String::from_utf8_lossy(&output.stderr);
     assert!(!text.contains("depth") && !text.contains("camera"), "{text}");
 }
+
+#[test]
+fn coordinates_that_cannot_be_metres_are_refused() {
+    let mut millimetres = cloud("lidar", XYZI);
+    let mut place = |range_mm: f32| {
+        millimetres.data = [range_mm, 100.0, -800.0, 7.0]
+            .iter()
+            .flat_map(|value| value.to_le_bytes())
+            .collect::<Vec<_>>()
+            .repeat(2);
+        let mut recorder = Recorder::new();
+        recorder.ros("/points", CLOUD, at_ms(0), &millimetres);
+        limpid(&["run", recorder.save().path.to_str().unwrap()])
+    };
+    fails(&place(3000.0), 1, &["half of its points lie more than 3106 m", "millimetres", "must be metres"]);
+    if !crate::support::gpu::skipped() {
+        crate::cli::succeeds(&place(450.0));
+    }
+}

@@ -56,6 +56,54 @@ fn yuv_encodings_give_the_video_standards_colours() {
 }
 
 #[test]
+fn planes_of_yuv_give_the_video_standards_colours() {
+    // Two by two pixels of red beside two by two of white, and the last column and row half a pair.
+    let luma = [81, 81, 235, 81, 81, 235, 81, 81, 235];
+    let pairs = [90, 240, 128, 128, 90, 240, 128, 128];
+    let swapped = [240, 90, 128, 128, 240, 90, 128, 128];
+    let padded = |rows: &[u8], length: usize| {
+        rows.chunks(length).flat_map(|row| [row, &[7; 3]].concat()).collect::<Vec<_>>()
+    };
+    let full = [[90, 240].repeat(2), vec![128, 128]].concat().repeat(3);
+    for (encoding, step, data) in [
+        ("nv12", 3, [&luma[..], &pairs].concat()),
+        ("nv21", 3, [&luma[..], &swapped].concat()),
+        // Rows of six bytes, of which the last pair's is the seventh: pairs lie on even bytes.
+        ("nv12", 6, [padded(&luma, 3), vec![90, 240, 128, 128, 7, 7, 90, 240, 128, 128]].concat()),
+        // A step that counts both bytes of a pixel, though the rows have no gaps.
+        ("nv12", 6, [&luma[..], &pairs].concat()),
+        ("nv24", 3, [&luma[..], &full].concat()),
+    ] {
+        let color = raw(encoding, [3, 3], step, &data).color().unwrap();
+        let expected = [[255, 0, 0], [255, 0, 0], [255, 255, 255]].concat().repeat(3);
+        for (found, expected) in color.samples.iter().zip(expected) {
+            assert!(found.abs_diff(expected) <= 2, "{encoding}, {step}: {:?}", color.samples);
+        }
+        let short = raw(encoding, [3, 3], step, &data[..15]).color();
+        assert!(short.unwrap_err().to_string().contains("do not fit"), "{encoding}");
+    }
+}
+
+#[test]
+fn bayer_mosaics_and_wide_samples_give_their_colours() {
+    // Red 200, green 90, blue 30.
+    let rggb = [[200, 90].repeat(2), [90, 30].repeat(2)].concat().repeat(2);
+    let color = raw("bayer_rggb8", [4, 4], 4, &rggb).color().unwrap();
+    assert_eq!(color.samples, [200, 90, 30].repeat(16));
+    let little: Vec<u8> = rggb.iter().flat_map(|&value| [99, value]).collect();
+    assert_eq!(raw("bayer_rggb16", [4, 4], 8, &little).color().unwrap(), color);
+    let big = RawImage { big_endian: true, ..raw("bayer_rggb16", [4, 4], 8, &little) };
+    assert_ne!(big.color().unwrap(), color);
+    for (encoding, bytes) in [("rgb16", [1, 10, 2, 20, 3, 30]), ("bgr16", [3, 30, 2, 20, 1, 10])] {
+        assert_eq!(raw(encoding, [1, 1], 6, &bytes).color().unwrap().samples, [10, 20, 30], "{encoding}");
+    }
+    assert!(
+        raw("bayer_rggb8", [4, 4], 3, &rggb).color().is_err()
+            && raw("bayer_rg8", [1, 1], 1, &[1]).color().is_err()
+    );
+}
+
+#[test]
 fn rows_may_be_longer_than_their_pixels() {
     let data = [1, 0, 2, 0, 99, 99, 3, 0, 4, 0];
     let depth = raw("16UC1", [2, 2], 6, &data).depth(0.001).unwrap();
@@ -292,4 +340,35 @@ fn compressed_depth_of_a_colour_image_is_not_taken_for_depth() {
     let notes = &limpid::input::Recording::report(&reader).notes;
     assert!(notes[0].starts_with("topics: depth /cam/depth/image_raw/compressedDepth "), "{notes:?}");
     assert!(notes[0].contains("colour none"), "{notes:?}");
+}
+
+#[test]
+fn slashes_before_frames_of_foxglove_mean_nothing() {
+    let (timestamp, [width, height]) = (Some(foxglove::Timestamp { seconds: 1000, nanos: 0 }), SIZE);
+    let frame_id = format!("/{FRAME}");
+    let mut recorder = Recorder::new();
+    recorder.transform("/tf_static", at_ms(0), ["map", FRAME], [0.0; 3], [0.0, 0.0, 0.0, 1.0]);
+    let k = vec![5.0, 0.0, 2.0, 0.0, 6.0, 1.5, 0.0, 0.0, 1.0];
+    let info = foxglove::CameraCalibration {
+        timestamp,
+        width,
+        height,
+        k,
+        frame_id: FRAME.into(),
+        ..Default::default()
+    };
+    recorder.foxglove("/calibration", "foxglove.CameraCalibration", at_ms(0), &info);
+    let data = depth_image(at_ms(0), 7).data;
+    let image = foxglove::RawImage {
+        timestamp,
+        width,
+        height,
+        encoding: "16UC1".into(),
+        step: 2 * width,
+        data,
+        frame_id,
+    };
+    recorder.foxglove(DEPTH, "foxglove.RawImage", at_ms(0), &image);
+    let (frames, report) = read_mcap(&recorder.save(), &Config::default()).unwrap();
+    assert!(frames.len() == 1 && frames[0].pose.is_some(), "{report:?}");
 }

@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 use crate::input::log::cameras::find_depth;
 use crate::input::log::topics::{Channel, Channels, Kind};
 use crate::input::points::cloud;
+use crate::message::lidar::PointCloud;
 use crate::message::{bare_frame, foxglove, ros2};
 
 /// Frames of maps: a cloud in one of these is put together from scans, and does not lie in its sensor's frame.
@@ -27,11 +28,17 @@ impl Layout {
                 let fields = message.fields.into_iter().map(|field| field.name).collect();
                 Some(Self { frame_id: bare_frame(message.header.frame_id), fields })
             }
+            Kind::OldPointCloud(wire) => {
+                let message: PointCloud = wire.decode("sensor_msgs/PointCloud", payload).ok()?;
+                let channels = message.channels.into_iter().map(|channel| channel.name);
+                let fields = ["x", "y", "z"].map(String::from).into_iter().chain(channels).collect();
+                Some(Self { frame_id: bare_frame(message.header.frame_id), fields })
+            }
             Kind::FoxglovePointCloud => {
                 let message: foxglove::PointCloud =
                     foxglove::decode_protobuf("foxglove.PointCloud", payload).ok()?;
                 let fields = message.fields.into_iter().map(|field| field.name).collect();
-                Some(Self { frame_id: message.frame_id, fields })
+                Some(Self { frame_id: bare_frame(message.frame_id), fields })
             }
             _ => None,
         }
@@ -76,11 +83,11 @@ impl Layout {
 impl Channels {
     /// The channels whose first message says what their topic is: clouds, where there are others or a camera beside them.
     pub(super) fn to_look_at(&self) -> BTreeSet<u32> {
-        let is_cloud = |kind| matches!(kind, Kind::RosPointCloud(_) | Kind::FoxglovePointCloud);
         if self.of_kind(Kind::is_scan).count() < 2 && find_depth(self).is_none() {
             return BTreeSet::new();
         }
-        let clouds = self.by_id.iter().filter(|(_, c)| c.kind.is_some_and(is_cloud) && c.messages != Some(0));
+        let clouds =
+            self.by_id.iter().filter(|(_, c)| c.kind.is_some_and(Kind::is_cloud) && c.messages != Some(0));
         clouds.map(|(id, _)| *id).collect()
     }
 

@@ -13,7 +13,7 @@ use crate::input::log::layout::Layout;
 use crate::input::log::motion::Motion;
 use crate::input::log::topics::{Channels, Kind, Wire};
 use crate::input::points::velodyne::{Cut, Decoder, ScanMessage};
-use crate::input::points::{Options, ScanReport, cloud, laser, livox};
+use crate::input::points::{Options, ScanReport, check_reach, cloud, laser, livox};
 use crate::input::scan_pose::ScanPoser;
 use crate::message::{decode_error, foxglove};
 use crate::sensor::{Observation, Scan};
@@ -104,6 +104,9 @@ impl LogLidar {
                 cloud::check_size(&wire.decode("sensor_msgs/PointCloud2", payload)?)?;
                 cloud::from_ros(wire.decode("sensor_msgs/PointCloud2", payload)?, &self.options)?
             }
+            Kind::OldPointCloud(wire) => {
+                cloud::from_old(wire.decode("sensor_msgs/PointCloud", payload)?, &self.options)?
+            }
             Kind::FoxglovePointCloud => {
                 let message = foxglove::decode_protobuf("foxglove.PointCloud", payload)?;
                 cloud::from_foxglove(&message, &self.options)?
@@ -116,13 +119,20 @@ impl LogLidar {
                 self.take_packets(&ScanMessage::from_ros1(payload)?);
                 return Ok(());
             }
-            Kind::LivoxCustom(wire) => livox::from_custom_msg(wire.decode("livox CustomMsg", payload)?)?,
+            Kind::LivoxCustom(wire) => {
+                livox::check_size(&wire.decode("livox CustomMsg", payload)?)?;
+                livox::from_custom_msg(wire.decode("livox CustomMsg", payload)?)?
+            }
+            Kind::FoxgloveLaserScan => {
+                laser::from_foxglove(foxglove::decode_protobuf("foxglove.LaserScan", payload)?)?
+            }
             Kind::LaserScan(wire) => laser::from_laser_scan(wire.decode("sensor_msgs/LaserScan", payload)?)?,
             Kind::MultiEchoLaserScan(wire) => {
                 laser::from_multi_echo(wire.decode("sensor_msgs/MultiEchoLaserScan", payload)?)?
             }
             _ => return Err(decode_error("scan", "the topic holds another type")),
         };
+        check_reach("scan", &scan)?;
         self.cloud = Some(scan);
         Ok(())
     }
@@ -228,7 +238,7 @@ impl LogLidar {
 pub(super) fn find(channels: &Channels) -> Option<String> {
     let own = clouds_of_cameras(channels);
     let rank = |channel: &&super::topics::Channel| {
-        let flat = matches!(channel.kind, Some(Kind::LaserScan(_) | Kind::MultiEchoLaserScan(_)));
+        let flat = channel.kind.is_some_and(Kind::is_flat_scan);
         let packets = matches!(channel.kind, Some(Kind::VelodyneScan(_)));
         let lacks = channels.layout(&channel.topic).map_or([false; 6], Layout::lacks);
         (lacks[..3].to_vec(), flat, !packets, lacks[3..].to_vec(), channel.topic.clone())

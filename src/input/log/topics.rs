@@ -48,7 +48,10 @@ pub(super) enum Kind {
     FoxgloveTransform,
     FoxgloveTransforms,
     RosPointCloud(Wire),
+    /// `sensor_msgs/PointCloud`, before `PointCloud2`.
+    OldPointCloud(Wire),
     FoxglovePointCloud,
+    FoxgloveLaserScan,
     VelodyneScan(Wire),
     LivoxCustom(Wire),
     LaserScan(Wire),
@@ -67,6 +70,7 @@ impl Kind {
                 "foxglove.FrameTransform" => Self::FoxgloveTransform,
                 "foxglove.FrameTransforms" => Self::FoxgloveTransforms,
                 "foxglove.PointCloud" => Self::FoxglovePointCloud,
+                "foxglove.LaserScan" => Self::FoxgloveLaserScan,
                 _ => return None,
             }),
             _ => None,
@@ -84,6 +88,7 @@ impl Kind {
             "geometry_msgs/Transform" => Self::RosTransform(wire),
             "std_msgs/Float32" => Self::RosFloat(wire),
             "sensor_msgs/PointCloud2" => Self::RosPointCloud(wire),
+            "sensor_msgs/PointCloud" => Self::OldPointCloud(wire),
             "velodyne_msgs/VelodyneScan" => Self::VelodyneScan(wire),
             "livox_ros_driver2/CustomMsg" | "livox_ros_driver/CustomMsg" | "livox_interfaces/CustomMsg" => {
                 Self::LivoxCustom(wire)
@@ -107,19 +112,16 @@ impl Kind {
     }
 
     pub(super) fn is_scan(self) -> bool {
-        matches!(
-            self,
-            Self::RosPointCloud(_)
-                | Self::FoxglovePointCloud
-                | Self::VelodyneScan(_)
-                | Self::LivoxCustom(_)
-                | Self::LaserScan(_)
-                | Self::MultiEchoLaserScan(_)
-        )
+        let is_packed = matches!(self, Self::VelodyneScan(_) | Self::LivoxCustom(_));
+        is_packed || self.is_cloud() || self.is_flat_scan()
     }
 
     pub(super) fn is_cloud(self) -> bool {
-        matches!(self, Self::RosPointCloud(_) | Self::FoxglovePointCloud)
+        matches!(self, Self::RosPointCloud(_) | Self::OldPointCloud(_) | Self::FoxglovePointCloud)
+    }
+
+    pub(super) fn is_flat_scan(self) -> bool {
+        matches!(self, Self::LaserScan(_) | Self::MultiEchoLaserScan(_) | Self::FoxgloveLaserScan)
     }
 
     pub(super) fn is_transforms(self) -> bool {

@@ -7,7 +7,7 @@ use serde::de::DeserializeOwned;
 use crate::base::Result;
 use crate::input::points::velodyne::ScanMessage;
 use crate::message::foxglove::{self, decode_protobuf, packed_element_field::NumericType};
-use crate::message::lidar::{CustomMsg, LaserScan, MultiEchoLaserScan};
+use crate::message::lidar::{CustomMsg, LaserScan, MultiEchoLaserScan, PointCloud};
 use crate::message::live::Odometry;
 use crate::message::ros2::{
     CameraInfo, CompressedImage, Header, Image, PointCloud2, PointField, PoseStamped, Quaternion, TFMessage,
@@ -115,6 +115,7 @@ fn known(type_name: &str) -> Option<Known> {
         "sensor_msgs/msg/CompressedImage" => Known::of::<CompressedImage>(),
         "sensor_msgs/msg/CameraInfo" => Known::of::<CameraInfo>(),
         "sensor_msgs/msg/PointCloud2" => Known::of::<PointCloud2>(),
+        "sensor_msgs/msg/PointCloud" => Known::of::<PointCloud>(),
         "sensor_msgs/msg/LaserScan" => Known::of::<LaserScan>(),
         "sensor_msgs/msg/MultiEchoLaserScan" => Known::of::<MultiEchoLaserScan>(),
         "livox_ros_driver2/msg/CustomMsg"

@@ -1,15 +1,16 @@
-//! `sensor_msgs/PointCloud2` (ROS 1 and ROS 2) and `foxglove.PointCloud`, of any layout of fields.
+//! `sensor_msgs/PointCloud2` (ROS 1 and ROS 2), `sensor_msgs/PointCloud` and `foxglove.PointCloud`, of any layout of fields.
 
 use glam::DVec3;
 
 use crate::base::Result;
 use crate::base::Rigid;
-use crate::input::points::Options;
 pub(crate) use crate::input::points::fields::{INTENSITY, RING, TIME};
 use crate::input::points::fields::{narrow, scan};
 use crate::input::points::table::{Column, Scalar, Table, is_named};
+use crate::input::points::{Options, check_points};
 use crate::message::foxglove;
 use crate::message::foxglove::packed_element_field::NumericType;
+use crate::message::lidar::PointCloud;
 use crate::message::{bare_frame, decode_error, ros2};
 use crate::sensor::Scan;
 
@@ -19,10 +20,8 @@ pub(crate) fn find_field<'a>(fields: &'a [String], names: &[&str]) -> Option<&'a
 }
 
 const ROS: &str = "sensor_msgs/PointCloud2";
+const OLD: &str = "sensor_msgs/PointCloud";
 const FOXGLOVE: &str = "foxglove.PointCloud";
-
-/// Most points of a cloud in a message.
-const MOST_POINTS: u64 = 1 << 22;
 
 /// The start of a `sensor_msgs/PointCloud2`.
 #[derive(Debug, serde::Deserialize)]
@@ -39,13 +38,7 @@ pub(crate) struct CloudHead {
 /// # Errors
 /// [`crate::Error::Decode`] with the number of points.
 pub(crate) fn check_size(head: &CloudHead) -> Result<()> {
-    let points = u64::from(head.height) * u64::from(head.width);
-    if points > MOST_POINTS {
-        let reason =
-            format!("{points} points ({}x{}); at most {MOST_POINTS} are read", head.width, head.height);
-        return Err(decode_error(ROS, reason));
-    }
-    Ok(())
+    check_points(ROS, u64::from(head.height) * u64::from(head.width))
 }
 
 /// The scan in a ROS message. Read are `x`, `y`, `z`, and where present `intensity` (`reflectivity`, `i`, `signal` and the like),
@@ -110,6 +103,49 @@ fn column(what: &str, name: String, scalar: Scalar, offset: u32, stride: usize) 
     Ok(Column { name, scalar, declared: scalar, offset, stride })
 }
 
+/// The scan in a message of the type that came before `PointCloud2`, as [`from_ros`]; its channels are fields.
+///
+/// # Errors
+/// [`crate::Error::Decode`]: too many points, a channel without one number for each point, fields that are missing or doubled.
+pub fn from_old(message: PointCloud, options: &Options) -> Result<Scan> {
+    let PointCloud { header, points, channels } = message;
+    check_points(OLD, points.len() as u64)?;
+    if let Some(channel) = channels.iter().find(|channel| channel.values.len() != points.len()) {
+        let (name, values) = (&channel.name, channel.values.len());
+        return Err(decode_error(
+            OLD,
+            format!("channel `{name}` has {values} values for {} points", points.len()),
+        ));
+    }
+    let names = ["x", "y", "z"].map(String::from).into_iter();
+    let names: Vec<String> = names.chain(channels.iter().map(|channel| channel.name.clone())).collect();
+    let stride = names.len() * Scalar::F32.size();
+    let mut bytes = Vec::with_capacity(stride * points.len());
+    for (at, point) in points.iter().enumerate() {
+        let numbers = [point.x, point.y, point.z].into_iter();
+        numbers
+            .chain(channels.iter().map(|channel| channel.values[at]))
+            .for_each(|number| bytes.extend(number.to_le_bytes()));
+    }
+    let columns = names.into_iter().enumerate().map(|(at, name)| Column {
+        name,
+        scalar: Scalar::F32,
+        declared: Scalar::F32,
+        offset: at * Scalar::F32.size(),
+        stride,
+    });
+    let table = Table {
+        what: OLD,
+        bytes: &bytes,
+        big_endian: false,
+        height: 1,
+        width: points.len(),
+        row_step: bytes.len(),
+        columns: columns.collect(),
+    };
+    scan(&table, header.stamp.stamp_ns()?, bare_frame(header.frame_id), options)
+}
+
 /// The scan in a Foxglove message, as [`from_ros`]; a pose that the message gives is applied to the points.
 ///
 /// # Errors
@@ -123,6 +159,7 @@ pub fn from_foxglove(message: &foxglove::PointCloud, options: &Options) -> Resul
         let reason = format!("{} bytes of data are no points of {stride} bytes", message.data.len());
         return Err(decode_error(FOXGLOVE, reason));
     }
+    check_points(FOXGLOVE, (message.data.len() / stride) as u64)?;
     let columns = message.fields.iter().map(|field| {
         let scalar = match field.r#type() {
             NumericType::Uint8 => Scalar::U8,
@@ -148,22 +185,31 @@ pub fn from_foxglove(message: &foxglove::PointCloud, options: &Options) -> Resul
         row_step: message.data.len(),
         columns: columns.collect::<Result<_>>()?,
     };
-    let pose = message.pose.as_ref().map(frame_from_cloud).transpose()?;
     let stamp_ns = foxglove::stamp_ns(message.timestamp)?;
-    let mut scan = scan(&table, stamp_ns, message.frame_id.clone(), options)?;
+    let mut scan = scan(&table, stamp_ns, bare_frame(message.frame_id.clone()), options)?;
+    place(&mut scan, FOXGLOVE, message.pose.as_ref())?;
+    Ok(scan)
+}
+
+/// Applies the pose that a message gives of its points' origin.
+///
+/// # Errors
+/// [`crate::Error::Decode`] for a pose that is none.
+pub(super) fn place(scan: &mut Scan, what: &str, pose: Option<&foxglove::Pose>) -> Result<()> {
+    let pose = pose.map(|pose| frame_from_cloud(what, pose)).transpose()?;
     if let Some(pose) = pose.filter(|&pose| pose != Rigid::IDENTITY) {
         for point in &mut scan.points {
             let placed = pose.transform_point(DVec3::from(point.position_m().map(f64::from)));
             [point.x_m, point.y_m, point.z_m] = placed.to_array().map(narrow);
         }
     }
-    Ok(scan)
+    Ok(())
 }
 
 /// What a pose leaves out is 0 and no rotation.
-fn frame_from_cloud(pose: &foxglove::Pose) -> Result<Rigid> {
+fn frame_from_cloud(what: &str, pose: &foxglove::Pose) -> Result<Rigid> {
     let t = pose.position.unwrap_or_default();
     let q = pose.orientation.unwrap_or(foxglove::Quaternion { x: 0.0, y: 0.0, z: 0.0, w: 1.0 });
     Rigid::new([t.x, t.y, t.z], [q.x, q.y, q.z, q.w])
-        .ok_or_else(|| decode_error(FOXGLOVE, "its pose is not finite or has no rotation"))
+        .ok_or_else(|| decode_error(what, "its pose is not finite or has no rotation"))
 }

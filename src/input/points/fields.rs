@@ -181,8 +181,9 @@ impl Reader<'_> {
             return Err(DropReason::NoReturn);
         }
         let [row_ring, column] = self.grid.ring_and_column(row, at);
-        let ring = match roles.ring {
-            Some(ring) => self.ring(value(ring))?,
+        // A point keeps its place without its ring or its label: it may be of an obstacle.
+        let ring = match roles.ring.map(|ring| whole(value(ring), u32::from(Point::UNKNOWN))) {
+            Some(ring) => ring.and_then(|ring| u16::try_from(ring).ok()).unwrap_or(Point::UNKNOWN),
             None => row_ring,
         };
         let code = roles.return_type.map(value);
@@ -191,10 +192,7 @@ impl Reader<'_> {
             None => (ReturnType::Single, Strength::Unknown),
         };
         let own = roles.strength.and_then(|column| Strength::of_code(value(column)));
-        let label = match roles.label {
-            Some(label) => whole(value(label), Point::UNLABELLED).ok_or(DropReason::Label)?,
-            None => Point::UNLABELLED,
-        };
+        let label = roles.label.and_then(|label| whole(value(label), Point::UNLABELLED));
         let strength = own.unwrap_or(strength);
         Ok(Point {
             x_m,
@@ -207,14 +205,8 @@ impl Reader<'_> {
             return_type,
             strength,
             reserved: 0,
-            label,
+            label: label.unwrap_or(Point::UNLABELLED),
         })
-    }
-
-    /// The number that stands for no ring is one, too, so that a point keeps its place without its ring.
-    fn ring(&self, value: f64) -> Result<u16, DropReason> {
-        let ring = whole(value, u32::from(Point::UNKNOWN) + 1).and_then(|ring| u16::try_from(ring).ok());
-        ring.ok_or(DropReason::Ring)
     }
 }
 

@@ -4,7 +4,7 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use crate::base::{Error, Result};
-use crate::input::points::{Options, ScanReport, Scans, pcd, ply};
+use crate::input::points::{Options, ScanReport, Scans, check_reach, pcd, ply};
 use crate::input::start::open_file;
 use crate::sensor::Scan;
 
@@ -60,7 +60,8 @@ impl FileScans {
         } else {
             pcd::read(&bytes, stamp_ns, &self.options)
         };
-        read.map_err(|error| Error::Format { path: path.into(), reason: error.to_string() })
+        let near = read.and_then(|scan| check_reach("scan", &scan).map(|()| scan));
+        near.map_err(|error| Error::Format { path: path.into(), reason: error.to_string() })
     }
 }
 

@@ -1,13 +1,17 @@
-//! `sensor_msgs/LaserScan` and `MultiEchoLaserScan`: one ring at the height of its frame.
+//! `sensor_msgs/LaserScan`, `MultiEchoLaserScan` and `foxglove.LaserScan`: one ring at the height of its frame.
 
 use crate::base::Result;
+use crate::input::points::check_points;
+use crate::input::points::cloud::place;
 use crate::input::points::fields::narrow;
-use crate::message::lidar::{LaserScan, MultiEchoLaserScan};
+use crate::message::foxglove;
+use crate::message::lidar::{FlatScan, LaserScan, MultiEchoLaserScan};
 use crate::message::{bare_frame, decode_error};
 use crate::sensor::{Columns, DropReason, Dropped, Point, PointClock, ReturnType, Scan, Strength};
 
 const FLAT: &str = "sensor_msgs/LaserScan";
 const MULTI: &str = "sensor_msgs/MultiEchoLaserScan";
+const FOXGLOVE: &str = "foxglove.LaserScan";
 
 /// The rays of a scan, whatever message they came in.
 struct Rays {
@@ -20,6 +24,17 @@ struct Rays {
 }
 
 impl Rays {
+    fn of<R>(what: &'static str, message: &FlatScan<R>) -> Self {
+        Self {
+            what,
+            angle_min: message.angle_min.into(),
+            angle_step: message.angle_increment.into(),
+            time_step_s: message.time_increment.into(),
+            range_min: message.range_min,
+            range_max: message.range_max,
+        }
+    }
+
     fn check(&self, rays: usize) -> Result<()> {
         let numbers = [self.angle_min, self.angle_step, self.time_step_s];
         if numbers.iter().any(|number| !number.is_finite())
@@ -78,41 +93,61 @@ impl Rays {
             label: false,
         }
     }
+
+    /// The scan of rays with one echo each, without stamp and frame.
+    ///
+    /// # Errors
+    /// [`crate::Error::Decode`] as [`Self::check`], and for more points than are read.
+    fn single(&self, ranges: &[f32], intensities: &[f32]) -> Result<Scan> {
+        self.check(ranges.len())?;
+        check_points(self.what, ranges.len() as u64)?;
+        let has_intensity = has_numbers(intensities, ranges.len());
+        let (mut points, mut dropped) = (Vec::with_capacity(ranges.len()), Dropped::default());
+        for (ray, &range_m) in ranges.iter().enumerate() {
+            if let Some(reason) = self.reason(range_m) {
+                dropped.add(reason, 1);
+                continue;
+            }
+            let intensity = if has_intensity { intensities[ray] } else { 0.0 };
+            points.push(self.point(ray, range_m, intensity, ReturnType::Single));
+        }
+        let columns = self.columns(has_intensity, false);
+        Ok(Scan { index: 0, stamp_ns: 0, frame_id: String::new(), points, columns, dropped })
+    }
 }
 
 /// The scan in a message. Ranges that are not valid, and rays from which nothing came back, are counted: they neither mark nor
 /// clear.
 ///
 /// # Errors
-/// [`crate::Error::Decode`] for angles that are not finite or do not change, and for stamps before 1970.
+/// [`crate::Error::Decode`] for angles that are not finite or do not change, for too many ranges, and for stamps before 1970.
 pub fn from_laser_scan(message: LaserScan) -> Result<Scan> {
+    let scan = Rays::of(FLAT, &message).single(&message.ranges, &message.intensities)?;
+    let stamp_ns = message.header.stamp.stamp_ns()?;
+    Ok(Scan { stamp_ns, frame_id: bare_frame(message.header.frame_id), ..scan })
+}
+
+/// As [`from_laser_scan`]; a pose that the message gives is applied to the points.
+///
+/// # Errors
+/// As there, and for a pose that is none.
+pub fn from_foxglove(message: foxglove::LaserScan) -> Result<Scan> {
+    let narrowed = |values: &[f64]| values.iter().map(|&value| narrow(value)).collect::<Vec<f32>>();
+    #[expect(clippy::cast_precision_loss, reason = "far fewer rays than 2^53")]
+    let steps = message.ranges.len().saturating_sub(1).max(1) as f64;
     let rays = Rays {
-        what: FLAT,
-        angle_min: message.angle_min.into(),
-        angle_step: message.angle_increment.into(),
-        time_step_s: message.time_increment.into(),
-        range_min: message.range_min,
-        range_max: message.range_max,
+        what: FOXGLOVE,
+        angle_min: message.start_angle,
+        angle_step: (message.end_angle - message.start_angle) / steps,
+        time_step_s: 0.0,
+        range_min: 0.0,
+        range_max: f32::INFINITY,
     };
-    rays.check(message.ranges.len())?;
-    let has_intensity = has_numbers(&message.intensities, message.ranges.len());
-    let (mut points, mut dropped) = (Vec::with_capacity(message.ranges.len()), Dropped::default());
-    for (ray, &range_m) in message.ranges.iter().enumerate() {
-        if let Some(reason) = rays.reason(range_m) {
-            dropped.add(reason, 1);
-            continue;
-        }
-        let intensity = if has_intensity { message.intensities[ray] } else { 0.0 };
-        points.push(rays.point(ray, range_m, intensity, ReturnType::Single));
-    }
-    Ok(Scan {
-        index: 0,
-        stamp_ns: message.header.stamp.stamp_ns()?,
-        frame_id: bare_frame(message.header.frame_id),
-        points,
-        columns: rays.columns(has_intensity, false),
-        dropped,
-    })
+    check_points(FOXGLOVE, message.ranges.len() as u64)?;
+    let mut scan = rays.single(&narrowed(&message.ranges), &narrowed(&message.intensities))?;
+    place(&mut scan, FOXGLOVE, message.pose.as_ref())?;
+    let stamp_ns = foxglove::stamp_ns(message.timestamp)?;
+    Ok(Scan { stamp_ns, frame_id: bare_frame(message.frame_id), ..scan })
 }
 
 /// As [`from_laser_scan`], each valid echo a point: of several the nearest as the first return and the others as last ones.
@@ -120,17 +155,11 @@ pub fn from_laser_scan(message: LaserScan) -> Result<Scan> {
 /// # Errors
 /// As there.
 pub fn from_multi_echo(message: MultiEchoLaserScan) -> Result<Scan> {
-    let rays = Rays {
-        what: MULTI,
-        angle_min: message.angle_min.into(),
-        angle_step: message.angle_increment.into(),
-        time_step_s: message.time_increment.into(),
-        range_min: message.range_min,
-        range_max: message.range_max,
-    };
+    let rays = Rays::of(MULTI, &message);
     rays.check(message.ranges.len())?;
-    let intensities: Vec<f32> = message.intensities.iter().flat_map(|ray| &ray.echoes).copied().collect();
     let echoes = message.ranges.iter().map(|ray| ray.echoes.len()).sum();
+    check_points(MULTI, echoes as u64)?;
+    let intensities: Vec<f32> = message.intensities.iter().flat_map(|ray| &ray.echoes).copied().collect();
     let has_intensity = has_numbers(&intensities, echoes);
     let (mut points, mut dropped) = (Vec::with_capacity(echoes), Dropped::default());
     for (ray, ranges) in message.ranges.iter().enumerate() {
@@ -151,14 +180,8 @@ pub fn from_multi_echo(message: MultiEchoLaserScan) -> Result<Scan> {
             points.push(rays.point(ray, range_m, measured.copied().unwrap_or(0.0), return_type));
         }
     }
-    Ok(Scan {
-        index: 0,
-        stamp_ns: message.header.stamp.stamp_ns()?,
-        frame_id: bare_frame(message.header.frame_id),
-        points,
-        columns: rays.columns(has_intensity, true),
-        dropped,
-    })
+    let (stamp_ns, columns) = (message.header.stamp.stamp_ns()?, rays.columns(has_intensity, true));
+    Ok(Scan { index: 0, stamp_ns, frame_id: bare_frame(message.header.frame_id), points, columns, dropped })
 }
 
 /// Whether there is a number for each echo, and one of them is finite.

@@ -1,8 +1,10 @@
 //! The Livox driver's own message, `CustomMsg`.
 
 use crate::base::Result;
+use crate::input::points::check_points;
 use crate::input::points::fields::narrow;
 use crate::message::lidar::{CustomMsg, CustomPoint};
+use crate::message::ros2::Header;
 use crate::message::{bare_frame, decode_error};
 use crate::sensor::{Columns, DropReason, Dropped, Point, PointClock, ReturnType, Scan, Strength};
 
@@ -11,12 +13,32 @@ const WHAT: &str = "livox CustomMsg";
 /// `timebase` and the stamp are of one clock where they are no farther apart than this, nanoseconds.
 const SAME_CLOCK_NS: u64 = 2_000_000_000;
 
+/// The start of a `CustomMsg`.
+#[derive(Debug, serde::Deserialize)]
+#[serde(rename = "CustomMsg")]
+pub(crate) struct CustomHead {
+    #[expect(dead_code, reason = "it stands before the number of points")]
+    header: Header,
+    #[expect(dead_code, reason = "as the header")]
+    timebase: u64,
+    point_num: u32,
+}
+
+/// Refuses a message that says that it has too many points, before memory is taken for them.
+///
+/// # Errors
+/// [`crate::Error::Decode`] with the number of points.
+pub(crate) fn check_size(head: &CustomHead) -> Result<()> {
+    check_points(WHAT, head.point_num.into())
+}
+
 /// The scan in a message: times count from its `timebase`, which is the stamp in most recordings; rings there are none, as a
 /// `line` is a laser that draws a rosette.
 ///
 /// # Errors
 /// [`crate::Error::Decode`] where `point_num` contradicts the points, and for stamps before 1970.
 pub fn from_custom_msg(message: CustomMsg) -> Result<Scan> {
+    check_points(WHAT, message.points.len() as u64)?;
     if message.point_num as usize != message.points.len() {
         let reason = format!("point_num is {} for {} points", message.point_num, message.points.len());
         return Err(decode_error(WHAT, reason));

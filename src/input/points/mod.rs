@@ -26,7 +26,48 @@ pub use crate::input::log::LogScans;
 pub use crate::input::points::files::FileScans;
 pub use crate::input::points::open::open;
 pub use crate::input::points::pcap::PcapScans;
-use crate::sensor::{Dropped, ReturnCodes, Scan, VelodyneModel};
+use crate::message::decode_error;
+use crate::sensor::{Dropped, Point, ReturnCodes, Scan, VelodyneModel};
+
+/// Most points of a scan in a message.
+const MOST_POINTS: u64 = 1 << 22;
+
+/// Refuses a scan in a message `what` that has, or says that it has, too many points, before memory is taken for them.
+///
+/// # Errors
+/// [`crate::Error::Decode`] with the number of points.
+pub(crate) fn check_points(what: &str, points: u64) -> Result<()> {
+    if points > MOST_POINTS {
+        return Err(decode_error(what, format!("{points} points; at most {MOST_POINTS} are read")));
+    }
+    Ok(())
+}
+
+/// Farthest that half of a scan's points may lie from the sensor, metres: more than any lidar sees.
+const FARTHEST_M: f32 = 1000.0;
+
+/// Refuses a scan whose coordinates cannot be metres: all that it holds would lie outside the map, and its beams would clear it.
+///
+/// # Errors
+/// [`crate::Error::Decode`] with the median distance.
+pub(crate) fn check_reach(what: &str, scan: &Scan) -> Result<()> {
+    let step = (scan.points.len() / 1024).max(1);
+    let distance = |point: &Point| point.position_m().iter().map(|value| value * value).sum::<f32>().sqrt();
+    let mut distances: Vec<f32> = scan.points.iter().step_by(step).map(distance).collect();
+    let middle = distances.len() / 2;
+    let median_m = match distances.get(middle) {
+        Some(_) => *distances.select_nth_unstable_by(middle, f32::total_cmp).1,
+        None => 0.0,
+    };
+    if median_m <= FARTHEST_M {
+        return Ok(());
+    }
+    let reason = format!(
+        "half of its points lie more than {median_m:.0} m from the sensor: are its coordinates millimetres, or of a map? They must \
+         be metres in the sensor's frame"
+    );
+    Err(decode_error(what, reason))
+}
 
 /// How scans are read.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]

@@ -1,10 +1,11 @@
 //! Clouds of any layout, in messages of ROS and Foxglove.
 
 use limpid::input::points::Options;
-use limpid::input::points::cloud::{from_foxglove, from_ros};
+use limpid::input::points::cloud::{from_foxglove, from_old, from_ros};
 use limpid::message::foxglove;
 use limpid::message::foxglove::PackedElementField;
 use limpid::message::foxglove::packed_element_field::NumericType;
+use limpid::message::lidar::{ChannelFloat32, Point32, PointCloud};
 use limpid::message::ros2::{Header, PointCloud2};
 use limpid::sensor::{DropReason, Point, ReturnCodes, ReturnType, Scan, Strength};
 
@@ -195,6 +196,52 @@ fn ros1(message: &PointCloud2) -> Vec<u8> {
         [number(message.point_step), number(message.row_step), sized(&message.data), vec![1]].concat(),
     );
     bytes
+}
+
+/// As the message that came before it.
+fn old(points: &[[f32; 4]]) -> PointCloud {
+    let channel = |name: &str, number: fn(&[f32; 4]) -> f32| ChannelFloat32 {
+        name: name.into(),
+        values: points.iter().map(number).collect(),
+    };
+    PointCloud {
+        header: Header::new(at_ms(0), "/lidar"),
+        points: points.iter().map(|&[x, y, z, _]| Point32 { x, y, z }).collect(),
+        channels: vec![channel("intensity", |point| point[3]), channel("index", |_| f32::NAN)],
+    }
+}
+
+#[test]
+fn clouds_of_old_have_fields_by_their_channels() {
+    let options = Options::default();
+    let points = [[1.0, 2.0, 3.0, 4.0], [5.0, 6.0, 7.0, 8.0]];
+    let expected = read(xyzi(&points)).unwrap();
+    assert_eq!(from_old(old(&points), &options).unwrap(), expected);
+    let mut recorder = Recorder::new();
+    recorder.ros("/points", "sensor_msgs/msg/PointCloud", at_ms(0), &old(&points));
+    let (scans, report) = read_bytes("old.mcap", &recorder.finish()).unwrap();
+    assert_eq!(scans, [expected], "{report:?}");
+    let mut short = old(&points);
+    short.channels[1].values.pop();
+    refused(
+        from_old(short, &options),
+        &["sensor_msgs/PointCloud", "channel `index`", "1 values for 2 points"],
+    );
+    let mut twice = old(&points);
+    twice.channels[1].name = "x".into();
+    refused(from_old(twice, &options), &["field `x` twice"]);
+    let places = PointCloud { points: vec![Point32::default(); (1 << 22) + 1], ..old(&[]) };
+    refused(
+        from_old(PointCloud { channels: vec![], ..places }, &options),
+        &["4194305 points", "at most 4194304"],
+    );
+    assert!(from_old(old(&[]), &options).unwrap().points.is_empty());
+}
+
+#[test]
+fn foxglove_clouds_of_too_many_points_are_refused() {
+    let message = foxglove::PointCloud { data: vec![0; 16 * ((1 << 22) + 1)], ..foxglove_cloud(None) };
+    refused(from_foxglove(&message, &Options::default()), &["4194305 points", "at most 4194304"]);
 }
 
 #[test]

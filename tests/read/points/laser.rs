@@ -2,8 +2,9 @@
 
 use std::f32::consts::{FRAC_PI_2, PI};
 
-use limpid::input::points::laser::{from_laser_scan, from_multi_echo};
+use limpid::input::points::laser::{from_foxglove, from_laser_scan, from_multi_echo};
 use limpid::input::points::livox::from_custom_msg;
+use limpid::message::foxglove;
 use limpid::message::lidar::{CustomMsg, CustomPoint, LaserEcho, LaserScan, MultiEchoLaserScan};
 use limpid::message::ros2::Header;
 use limpid::sensor::{DropReason, Point, PointClock, ReturnType};
@@ -66,31 +67,28 @@ fn ranges_outside_of_the_limits_are_left_out_by_reason() {
     refused(from_laser_scan(LaserScan { range_max: nan, ..flat(&[1.0]) }), &["LaserScan", "not finite"]);
 }
 
+/// A scan of the same rays without any echo.
+fn multi_of(flat: LaserScan) -> MultiEchoLaserScan {
+    MultiEchoLaserScan {
+        header: flat.header,
+        angle_min: flat.angle_min,
+        angle_max: flat.angle_max,
+        angle_increment: flat.angle_increment,
+        time_increment: flat.time_increment,
+        scan_time: flat.scan_time,
+        range_min: flat.range_min,
+        range_max: flat.range_max,
+        ..MultiEchoLaserScan::default()
+    }
+}
+
 #[test]
 fn echoes_are_returns_of_one_beam() {
     let echoes = |values: &[f32]| LaserEcho { echoes: values.into() };
-    let LaserScan {
-        header,
-        angle_min,
-        angle_max,
-        angle_increment,
-        time_increment,
-        scan_time,
-        range_min,
-        range_max,
-        ..
-    } = flat(&[]);
     let message = MultiEchoLaserScan {
-        header,
-        angle_min,
-        angle_max,
-        angle_increment,
-        time_increment,
-        scan_time,
-        range_min,
-        range_max,
         ranges: vec![echoes(&[1.0, 2.0, 11.0]), echoes(&[]), echoes(&[3.0])],
         intensities: vec![echoes(&[5.0, 6.0, 7.0]), echoes(&[]), echoes(&[8.0])],
+        ..multi_of(flat(&[]))
     };
     let scan = from_multi_echo(message).unwrap();
     let found: Vec<_> = scan.points.iter().map(|p| (p.column, p.return_type, p.intensity)).collect();
@@ -98,6 +96,63 @@ fn echoes_are_returns_of_one_beam() {
     assert_eq!(found, expected);
     assert!(near(&scan.points[1], [2.0, 0.0]) && near(&scan.points[2], [-3.0, 0.0]));
     assert_eq!((scan.dropped.total(), scan.columns.intensity, scan.columns.return_type), (1, true, true));
+}
+
+/// As [`flat`], from a sensor that is turned by a quarter and stands a metre up.
+fn foxglove_flat(ranges: &[f64]) -> foxglove::LaserScan {
+    let half = std::f64::consts::FRAC_1_SQRT_2;
+    let position = foxglove::Vector3 { x: 0.0, y: 0.0, z: 1.0 };
+    let orientation = foxglove::Quaternion { x: 0.0, y: 0.0, z: half, w: half };
+    foxglove::LaserScan {
+        timestamp: Some(foxglove::Timestamp { seconds: 1000, nanos: 0 }),
+        frame_id: "/laser".into(),
+        pose: Some(foxglove::Pose { position: Some(position), orientation: Some(orientation) }),
+        start_angle: 0.0,
+        end_angle: std::f64::consts::PI,
+        ranges: ranges.into(),
+        intensities: vec![7.0, 8.0, 9.0],
+    }
+}
+
+#[test]
+fn a_scan_of_foxglove_lies_where_its_pose_says() {
+    let scan = from_foxglove(foxglove_flat(&[1.0, 2.0, f64::INFINITY])).unwrap();
+    let expected = [[0.0, 1.0, 1.0], [-2.0, 0.0, 1.0]];
+    let near =
+        |found: [f32; 3], expected: [f32; 3]| found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-5);
+    assert!(scan.points.iter().zip(expected).all(|(point, at)| near(point.position_m(), at)), "{scan:?}");
+    assert_eq!((scan.points.len(), scan.points[1].intensity, scan.points[1].ring), (2, 8.0, 0));
+    assert_eq!((scan.frame_id.as_str(), scan.stamp_ns), ("laser", at_ms(0)));
+    let mut recorder = Recorder::new();
+    recorder.foxglove("/scan", "foxglove.LaserScan", at_ms(0), &foxglove_flat(&[1.0, 2.0, f64::INFINITY]));
+    assert_eq!(read_bytes("flat.mcap", &recorder.finish()).unwrap().0, [scan]);
+    refused(from_foxglove(foxglove::LaserScan { end_angle: 0.0, ..foxglove_flat(&[1.0; 3]) }), &["angle"]);
+    assert_eq!(from_foxglove(foxglove_flat(&[1.0])).unwrap().points.len(), 1);
+}
+
+/// More than are read.
+const TOO_MANY: usize = (1 << 22) + 1;
+
+#[test]
+fn scans_of_too_many_points_are_refused() {
+    let parts = &["4194305 points", "at most 4194304"];
+    refused(from_laser_scan(flat(&vec![1.0; TOO_MANY])), parts);
+    refused(from_foxglove(foxglove_flat(&vec![1.0; TOO_MANY])), parts);
+    let ray = LaserEcho { echoes: vec![1.0; TOO_MANY] };
+    refused(from_multi_echo(MultiEchoLaserScan { ranges: vec![ray], ..multi_of(flat(&[])) }), parts);
+    refused(from_custom_msg(livox(0, vec![POINT; TOO_MANY])), parts);
+}
+
+#[test]
+fn a_livox_claim_is_refused_before_its_points_are_unpacked() {
+    let message = CustomMsg { point_num: 30_000_000, ..livox(at_ms(0), vec![POINT]) };
+    let mut recorder = Recorder::new();
+    recorder.ros("/livox/lidar", "livox_ros_driver2/msg/CustomMsg", at_ms(0), &message);
+    let (scans, report) = read_bytes("livox.mcap", &recorder.finish()).unwrap();
+    assert!(
+        scans.is_empty() && report.read.skipped[0].reason.contains("30000000 points; at most"),
+        "{report:?}"
+    );
 }
 
 fn livox(timebase: u64, points: Vec<CustomPoint>) -> CustomMsg {
