@@ -21,19 +21,22 @@ fn none_of(sensors: &[SensorInfo]) -> &'static str {
 }
 
 impl ReadReport {
-    /// What was passed over, most frequent first, and why there are no poses.
+    /// What was damaged; what was passed over, most frequent first; why there are no poses.
     pub(crate) fn causes(&self) -> impl Iterator<Item = String> {
+        let damage = self.damage.iter().take(MAX_CAUSES).cloned();
         let mut skipped: Vec<_> = self.skipped.iter().collect();
         skipped.sort_by_key(|skipped| Reverse(skipped.count));
         let counted = skipped.into_iter().map(|s| format!("{}: {} ({} times)", s.source, s.reason, s.count));
-        counted.take(MAX_CAUSES).chain(self.frames.iter().cloned())
+        damage.chain(counted.take(MAX_CAUSES)).chain(self.frames.iter().cloned())
     }
 }
 
 impl SourceReport {
     /// The error where nothing was used; `refused`: what the mapper refused, in words.
     pub(crate) fn nothing_used(&self, sensors: &[SensorInfo], refused: Vec<String>) -> Error {
-        let causes: Vec<_> = refused.into_iter().chain(self.read.causes()).collect();
+        let (damage, causes): (Vec<_>, Vec<_>) =
+            self.read.causes().partition(|cause| self.read.damage.contains(cause));
+        let causes: Vec<_> = damage.into_iter().chain(refused).chain(causes).collect();
         let seen: u64 = self.sensors.iter().map(|sensor| sensor.seen).sum();
         let reason = match (seen, causes.is_empty()) {
             (0, true) => format!("it holds {}", none_of(sensors)),

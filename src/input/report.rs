@@ -1,5 +1,6 @@
 //! Counting what a reader passes over.
 
+use crate::input::log::Told;
 use crate::input::{ReadReport, Skipped};
 
 /// Most different reasons and notes kept apart; hostile files could make up any number.
@@ -37,6 +38,20 @@ impl ReadReport {
         }
     }
 
+    /// Adds damage of the recording's files, which is a note too.
+    pub(crate) fn tell_damage(&mut self, told: String) {
+        if self.damage.len() < MAX_ENTRIES && !self.damage.contains(&told) {
+            self.damage.push(told.clone());
+        }
+        self.note(told);
+    }
+
+    /// Adds what is to be told of a recording's files.
+    pub(in crate::input) fn tell_files(&mut self, told: &Told) {
+        told.notes.iter().for_each(|note| self.note(note));
+        told.lost.iter().for_each(|lost| self.tell_damage(lost.clone()));
+    }
+
     /// Adds a note unless it is there.
     pub(crate) fn note(&mut self, note: impl Into<String>) {
         let note = note.into();
@@ -49,6 +64,7 @@ impl ReadReport {
 /// Adds what another report of the same recording counted.
 pub(crate) fn merge(report: &mut ReadReport, other: &ReadReport) {
     report.skipped.extend(other.skipped.iter().cloned());
+    other.damage.iter().for_each(|told| report.tell_damage(told.clone()));
     other.notes.iter().for_each(|note| report.note(note));
     for told in &other.frames {
         report.tell_frames(told.clone());

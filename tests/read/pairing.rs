@@ -6,7 +6,7 @@ use limpid::input::LogReader;
 use limpid::sensor::DepthSamples;
 
 use super::synthetic::{
-    COLOR, COLOR_INFO, DEPTH, DEPTH_INFO, Recorder, SIZE, at_ms, camera_info, depth_image, raw_image,
+    COLOR, COLOR_INFO, DEPTH, DEPTH_INFO, FRAME, Recorder, SIZE, at_ms, camera_info, depth_image, raw_image,
 };
 use super::{noted, read_mcap, skipped};
 
@@ -123,14 +123,25 @@ fn bad_images_are_counted_with_their_reason() {
 }
 
 #[test]
+fn images_without_stamps_are_told() {
+    let mut recorder = Recorder::new();
+    recorder.info(DEPTH_INFO, 0, &camera_info(0, FRAME));
+    for value in [7, 8] {
+        recorder.image(DEPTH, 0, &depth_image(0, value));
+    }
+    let (frames, report) = read_mcap(&recorder.save(), &Config::default()).unwrap();
+    assert_eq!((frames.len(), skipped(&report, "its stamp is 0")), (1, 1), "{:?}", report.skipped);
+}
+
+#[test]
 fn bad_colour_leaves_depth_alone() {
     let mut recorder = Recorder::new();
-    recorder.image(COLOR, at_ms(0), &raw_image(at_ms(0), "bayer_rggb8", 4, vec![0; 12]));
+    recorder.image(COLOR, at_ms(0), &raw_image(at_ms(0), "i420", 4, vec![0; 18]));
     recorder.depth(at_ms(0), 7);
     let (frames, report) = read_mcap(&recorder.save(), &Config::default()).unwrap();
     assert_eq!(frames.len(), 1);
     assert!(frames[0].color.is_none());
-    assert_eq!(skipped(&report, "encoding `bayer_rggb8` is not supported; rgb8"), 1, "{:?}", report.skipped);
+    assert_eq!(skipped(&report, "encoding `i420` is not supported; rgb8"), 1, "{:?}", report.skipped);
 }
 
 #[test]

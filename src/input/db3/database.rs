@@ -1,11 +1,15 @@
 //! An SQLite file that is opened to read it, and nothing else: no lock is taken, no file is made beside it, and what is
 //! damaged is read as far as it goes.
 
+use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use rusqlite::{Connection, OpenFlags};
 
 use crate::base::{Error, Result};
+
+/// Bytes of an SQLite file's header.
+pub(super) const HEADER: usize = 100;
 
 /// Instructions of SQLite's machine between two looks at how many there were.
 const WORK_STEP: u16 = 1000;
@@ -27,10 +31,7 @@ impl Database {
     /// [`Error::File`]; [`Error::Format`] where the file has not the tables of rosbag2.
     pub(super) fn open(path: &Path) -> Result<Self> {
         std::fs::File::open(path).map_err(Error::file(path))?;
-        let failed = |error: rusqlite::Error| Error::Format {
-            path: path.into(),
-            reason: format!("cannot be read as SQLite: {error}"),
-        };
+        let failed = |error: rusqlite::Error| refused(path, &format!("cannot be read as SQLite: {error}"));
         let has_log = is_filled(&beside(path, "-wal"));
         let (mut connection, mut note) = (connect(path, has_log).map_err(failed)?, None);
         if has_log && has_tables(&connection).is_err() {
@@ -46,10 +47,38 @@ impl Database {
         }
         if !has_tables(&connection).map_err(failed)? {
             let reason = "is an SQLite file without the tables `topics` and `messages` of rosbag2";
-            return Err(Error::Format { path: path.into(), reason: reason.into() });
+            return Err(refused(path, reason));
         }
         Ok(Self { connection, note })
     }
+}
+
+/// The error for a file that cannot be read, after what of it is missing, which may be the cause.
+pub(super) fn refused(path: &Path, reason: &str) -> Error {
+    let missing = missing_bytes(path).map_or_else(String::new, |[there, whole]| {
+        format!("is cut off: {there} of {whole} bytes are there; it ")
+    });
+    Error::Format { path: path.into(), reason: format!("{missing}{reason}") }
+}
+
+/// How many bytes a file has and should have, where these are fewer.
+fn missing_bytes(path: &Path) -> Option<[u64; 2]> {
+    let mut header = [0; HEADER];
+    let mut file = std::fs::File::open(path).ok()?;
+    file.read_exact(&mut header).ok()?;
+    let (there, whole) = (file.metadata().ok()?.len(), bytes_of(header)?);
+    (there < whole).then_some([there, whole])
+}
+
+/// Bytes of a file by its header: page size (1 stands for 64 KiB) and pages, which count where the two change counters agree.
+pub(super) fn bytes_of(header: [u8; HEADER]) -> Option<u64> {
+    let number = |at: usize| u32::from_be_bytes([header[at], header[at + 1], header[at + 2], header[at + 3]]);
+    let page_bytes = match u16::from_be_bytes([header[16], header[17]]) {
+        1 => 1 << 16,
+        bytes => u64::from(bytes),
+    };
+    let pages = u64::from(number(28));
+    (pages > 0 && number(24) == number(92)).then(|| pages * page_bytes)
 }
 
 /// A file of SQLite beside the database.

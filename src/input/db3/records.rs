@@ -5,8 +5,8 @@ use std::path::Path;
 
 use rusqlite::{Connection, OptionalExtension, Row};
 
-use crate::base::{Error, Result};
-use crate::input::db3::database::Database;
+use crate::base::Result;
+use crate::input::db3::database::{Database, refused};
 use crate::input::log::{MAX_MESSAGE_BYTES, Record, Records, too_large};
 
 /// Rows looked up at a time, without their data.
@@ -68,8 +68,7 @@ impl Records for Db3Records {
     fn summary(path: &Path) -> Result<Vec<Record>> {
         let Database { connection, .. } = Database::open(path)?;
         let failed = |error: rusqlite::Error| {
-            let reason = format!("its table `topics` cannot be read: {error}");
-            Error::Format { path: path.into(), reason }
+            refused(path, &format!("has a table `topics` that cannot be read: {error}"))
         };
         let mut found = topics(&connection).map_err(failed)?;
         let span_ns = span_ns(&connection);

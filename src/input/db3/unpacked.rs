@@ -8,10 +8,8 @@ use tempfile::TempPath;
 
 use crate::base::{Error, Result};
 use crate::input::db3::MAGIC;
+use crate::input::db3::database::{HEADER, bytes_of};
 use crate::input::start::open_file;
-
-/// Bytes of an SQLite file's header.
-const HEADER: usize = 100;
 
 /// Largest SQLite file that can be (2^32 - 2 pages of 64 KiB), bytes.
 const MOST_BYTES: u64 = 1 << 48;
@@ -37,7 +35,8 @@ impl Unpacked {
             .suffix(".db3")
             .tempfile()
             .map_err(Error::file(std::env::temp_dir()))?;
-        let most = size_of(header);
+        let most = bytes_of(header).unwrap_or(MOST_BYTES);
+        // What is packed behind the pages is no part of the database.
         copy(&mut (&header[..]).chain(packed).take(most), unpacked.as_file_mut())
             .map_err(Error::file(unpacked.path()))?;
         Ok(Self(unpacked.into_temp_path()))
@@ -46,18 +45,6 @@ impl Unpacked {
     pub(in crate::input) fn path(&self) -> &Path {
         &self.0
     }
-}
-
-/// Bytes that the header gives the file: page size (1 stands for 64 KiB) and pages, which count where the two change counters
-/// agree. What is packed behind them is no part of the database.
-fn size_of(header: [u8; HEADER]) -> u64 {
-    let number = |at: usize| u32::from_be_bytes([header[at], header[at + 1], header[at + 2], header[at + 3]]);
-    let page_bytes = match u16::from_be_bytes([header[16], header[17]]) {
-        1 => 1 << 16,
-        bytes => u64::from(bytes),
-    };
-    let pages = u64::from(number(28));
-    if pages == 0 || number(24) != number(92) { MOST_BYTES } else { pages * page_bytes }
 }
 
 /// Copies to the end of what can be unpacked; errors are those of writing.

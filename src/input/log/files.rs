@@ -95,12 +95,21 @@ impl LogPart {
     }
 }
 
+/// What is to be told of the files.
+#[derive(Debug, Clone, Default)]
+pub(in crate::input) struct Told {
+    /// How they were found.
+    pub(in crate::input) notes: Vec<String>,
+    /// What of the recording is not in them.
+    pub(in crate::input) lost: Vec<String>,
+}
+
 /// See the module.
 #[derive(Debug, Clone)]
 pub(crate) struct LogFiles {
     path: PathBuf,
     parts: Vec<LogPart>,
-    notes: Vec<String>,
+    told: Told,
 }
 
 impl LogFiles {
@@ -120,7 +129,7 @@ impl LogFiles {
 
     /// One file that is said to be of a format.
     pub(crate) fn one(path: &Path, format: Format) -> Result<Self> {
-        Ok(Self { path: path.into(), parts: vec![LogPart::new(path, format)?], notes: Vec::new() })
+        Ok(Self { path: path.into(), parts: vec![LogPart::new(path, format)?], told: Told::default() })
     }
 
     /// The files that a path stands for: itself, or those of a folder as its `metadata.yaml` names them; without that, the
@@ -142,7 +151,8 @@ impl LogFiles {
             _ => {
                 let Some(format) = Format::of(path)? else { return Ok(None) };
                 let files = Self::one(path, format)?;
-                Ok(Some(Self { notes: note_of_split(path).into_iter().collect(), ..files }))
+                let lost = note_of_split(path).into_iter().collect();
+                Ok(Some(Self { told: Told { lost, ..Told::default() }, ..files }))
             }
         }
     }
@@ -151,23 +161,23 @@ impl LogFiles {
         let there = names::bag_files(folder)?;
         let file = folder.join(METADATA);
         let stated = file.exists().then(|| Metadata::read(&file));
-        let mut notes = Vec::new();
+        let mut told = Told::default();
         let paths = match stated {
-            Some(Ok(metadata)) => listed(folder, &metadata, there, &mut notes)?,
+            Some(Ok(metadata)) => listed(folder, &metadata, there, &mut told)?,
             _ if there.is_empty() => return Ok(None),
             None if names::has_scans(folder)? => return Ok(None),
             Some(Err(reason)) => {
-                notes.push(format!(
+                told.notes.push(format!(
                     "{METADATA} cannot be read ({reason}): the folder's files are read by name"
                 ));
                 names::one_recording(folder, there)?
             }
             None => {
-                notes.push(format!("the folder has no {METADATA}: its files are read by name"));
+                told.notes.push(format!("the folder has no {METADATA}: its files are read by name"));
                 names::one_recording(folder, there)?
             }
         };
-        let mut files = Self { path: folder.into(), parts: Vec::new(), notes };
+        let mut files = Self { path: folder.into(), parts: Vec::new(), told };
         files.take(&paths)?;
         Ok(Some(files))
     }
@@ -187,7 +197,7 @@ impl LogFiles {
             match format.and_then(|format| LogPart::new(path, format)) {
                 Ok(part) => self.parts.push(part),
                 Err(error) => {
-                    self.notes.push(format!("{error}: what was recorded in it is missing"));
+                    self.told.lost.push(format!("{error}: what was recorded in it is missing"));
                     first_error.get_or_insert(error);
                 }
             }
@@ -197,7 +207,11 @@ impl LogFiles {
         }
         if self.parts.len() > 1 {
             let read: Vec<String> = self.parts.iter().map(LogPart::name).collect();
-            self.notes.push(format!("{} files are one recording: {}", read.len(), names::listing(&read)));
+            self.told.notes.push(format!(
+                "{} files are one recording: {}",
+                read.len(),
+                names::listing(&read)
+            ));
         }
         Ok(())
     }
@@ -212,8 +226,8 @@ impl LogFiles {
     }
 
     /// What is to be told of the files.
-    pub(super) fn notes(&self) -> &[String] {
-        &self.notes
+    pub(in crate::input) fn told(&self) -> &Told {
+        &self.told
     }
 }
 
@@ -228,14 +242,9 @@ fn note_of_split(path: &Path) -> Option<String> {
 }
 
 /// The files that metadata.yaml names, in its order, and those of a recorder that did not come to name them.
-fn listed(
-    folder: &Path,
-    metadata: &Metadata,
-    there: Vec<PathBuf>,
-    notes: &mut Vec<String>,
-) -> Result<Vec<PathBuf>> {
+fn listed(folder: &Path, metadata: &Metadata, there: Vec<PathBuf>, told: &mut Told) -> Result<Vec<PathBuf>> {
     if let Some(format) = metadata.unread_compression() {
-        notes.push(format!("{METADATA}: compression_format `{format}` is not read, zstd is"));
+        told.lost.push(format!("{METADATA}: compression_format `{format}` is not read, zstd is"));
     }
     let mut found: Vec<PathBuf> = Vec::new();
     let mut missing = Vec::new();
@@ -253,23 +262,24 @@ fn listed(
         if left.is_empty() {
             return Err(Error::Format { path: folder.into(), reason: stated });
         }
-        notes.push(format!("{stated}: the folder's files are read by name"));
+        told.notes.push(format!("{stated}: the folder's files are read by name"));
         return names::one_recording(folder, left);
     }
     if !missing.is_empty() {
         let missing = names::listing(&missing);
-        notes.push(format!("missing: {missing}, which {METADATA} names; what was recorded in it is lost"));
+        told.lost
+            .push(format!("missing: {missing}, which {METADATA} names; what was recorded in it is lost"));
     }
     let (alike, others): (Vec<_>, Vec<_>) =
         left.into_iter().partition(|path| found.iter().any(|found| names::is_split_of(path, found)));
     for path in alike {
-        notes
-            .push(format!("{METADATA} does not name {}; it is read after the others", names::name_of(&path)));
+        let name = names::name_of(&path);
+        told.notes.push(format!("{METADATA} does not name {name}; it is read after the others"));
         found.push(path);
     }
     if !others.is_empty() {
         let others: Vec<String> = others.iter().map(|path| names::name_of(path)).collect();
-        notes.push(format!("{METADATA} does not name {}; left out", names::listing(&others)));
+        told.notes.push(format!("{METADATA} does not name {}; left out", names::listing(&others)));
     }
     Ok(found)
 }

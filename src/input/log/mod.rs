@@ -26,6 +26,7 @@ mod sdk;
 mod sensor;
 mod source;
 mod splits;
+mod taking;
 mod topics;
 mod track;
 mod unread;
@@ -33,6 +34,7 @@ mod unread;
 pub use crate::input::log::choose::Contents;
 pub(crate) use crate::input::log::choose::{contents, lidar_log};
 pub(crate) use crate::input::log::file::LogFile;
+pub(in crate::input) use crate::input::log::files::Told;
 pub(crate) use crate::input::log::files::{Format, LogFiles};
 pub(crate) use crate::input::log::inventory::inventory;
 #[cfg(feature = "ros2")]

@@ -5,9 +5,7 @@ use std::path::PathBuf;
 
 use crate::base::{Error, Result};
 use crate::input::ReadReport;
-use crate::input::event::{Event, TransformEvent};
 use crate::input::frames::FrameTree;
-use crate::input::log::decode::{self, CalibrationMessage};
 use crate::input::log::inventory::Counted;
 use crate::input::log::motion::Motion;
 use crate::input::log::sensor::{LogSensor, Reader};
@@ -16,7 +14,6 @@ use crate::input::log::topics::{Channel, Channels, Kind};
 use crate::input::log::{LogFiles, Record};
 use crate::input::points::ScanReport;
 use crate::input::report::merge;
-use crate::input::zstd_frame;
 use crate::sensor::Observation;
 
 /// See the module.
@@ -25,10 +22,10 @@ pub(crate) struct Log {
     /// `None`: messages are pushed.
     records: Option<Splits>,
     pub(super) channels: Channels,
-    motion: Motion,
+    pub(super) motion: Motion,
     pub(super) sensors: Vec<LogSensor>,
     /// Newest log time, nanoseconds.
-    log_time_ns: u64,
+    pub(super) log_time_ns: u64,
     /// What is no single sensor's.
     pub(super) report: ReadReport,
     pub(super) at_end: bool,
@@ -43,11 +40,11 @@ fn wants(channels: &Channels, motion: &Motion, sensors: &[LogSensor], id: u32) -
     })
 }
 
-/// The error for a recording that lacks something, with the damage that may be the cause.
-fn with_damage(error: Error, damage: &str) -> Error {
+/// The error for a recording that lacks something, after the damage that may be the cause.
+fn with_damage(error: Error, damage: &[String]) -> Error {
     match error {
         Error::Format { path, reason } if !damage.is_empty() => {
-            Error::Format { path, reason: format!("{reason}; {damage}") }
+            Error::Format { path, reason: format!("{}; {reason}", damage.join("; ")) }
         }
         other => other,
     }
@@ -67,8 +64,9 @@ impl Log {
         let channels = std::mem::take(&mut survey.channels);
         survey.notes.drain(..).for_each(|note| report.note(note));
         let (motion, sensors) =
-            choose(&channels, &mut report).map_err(|error| with_damage(error, &survey.damage.join("; ")))?;
+            choose(&channels, &mut report).map_err(|error| with_damage(error, &survey.damage))?;
         let path = files.path().into();
+        report.tell_files(files.told());
         let records = Some(Splits::open(files, survey)?);
         Ok(Self { path, records, channels, motion, sensors, log_time_ns: 0, report, at_end: false })
     }
@@ -127,7 +125,7 @@ impl Log {
         let wanted = |id: u32| wants(channels, motion, sensors, id);
         let Some(records) = &mut self.records else { return self.end() };
         let record = records.next(&wanted)?;
-        records.take_notes().into_iter().for_each(|note| self.report.note(note));
+        records.take_notes().into_iter().for_each(|note| self.report.tell_damage(note));
         match record {
             None => return self.end(),
             Some(Record::Message { channel_id, log_time_ns, data }) => {
@@ -156,7 +154,7 @@ impl Log {
             let wanted =
                 |id: u32| counts_all || channels.get(id).is_some_and(|channel| motion.reads(channel));
             let record = records.next(&wanted)?;
-            records.take_notes().into_iter().for_each(|note| self.report.note(note));
+            records.take_notes().into_iter().for_each(|note| self.report.tell_damage(note));
             match record {
                 None => {
                     self.at_end = true;
@@ -214,7 +212,8 @@ impl Log {
                     let Some(reason) = camera.uncalibrated() else { continue };
                     if alone {
                         camera.sync.finish(&self.motion.poses, &mut camera.report);
-                        return Err(Error::Format { path: self.path.clone(), reason });
+                        let error = Error::Format { path: self.path.clone(), reason };
+                        return Err(with_damage(error, &self.report.damage));
                     }
                     camera.report.note(format!("`{}`: {reason}", sensor.name));
                 }
@@ -222,163 +221,6 @@ impl Log {
             }
         }
         Ok(())
-    }
-
-    /// Messages that rosbag2 packed one by one are unpacked.
-    fn take_message(&mut self, channel_id: u32, log_time_ns: u64, payload: &[u8]) {
-        if !zstd_frame::is_packed(payload) {
-            return self.take_unpacked(channel_id, log_time_ns, payload);
-        }
-        match zstd_frame::unpack(payload) {
-            Ok(unpacked) => self.take_unpacked(channel_id, log_time_ns, &unpacked),
-            Err(error) => {
-                let topic = self.channels.get(channel_id).map_or("", |channel| &channel.topic);
-                self.report.skip(topic, error.to_string(), log_time_ns);
-            }
-        }
-    }
-
-    fn take_unpacked(&mut self, channel_id: u32, log_time_ns: u64, payload: &[u8]) {
-        let Some(channel) = self.channels.get(channel_id) else { return };
-        let Channel { topic, kind: Some(kind), .. } = channel else { return };
-        let (channel, topic, kind) = (channel.clone(), topic.clone(), *kind);
-        self.log_time_ns = self.log_time_ns.max(log_time_ns);
-        let taken = if kind.is_calibration() {
-            self.take_calibration(&topic, kind, payload)
-        } else if self.motion.reads(&channel) {
-            let transforms = self.motion.take(&topic, kind, log_time_ns, payload, &mut self.report);
-            transforms.map(|transforms| transforms.iter().for_each(|t| self.take_transform(&topic, t)))
-        } else {
-            self.take_data(&channel, kind, log_time_ns, payload)
-        };
-        if let Err(error) = taken {
-            self.report.skip(&topic, error.to_string(), log_time_ns);
-        }
-    }
-
-    fn take_calibration(&mut self, topic: &str, kind: Kind, payload: &[u8]) -> Result<()> {
-        let CalibrationMessage { stamp_ns, frame_id, calibration } = decode::calibration(kind, payload)?;
-        let calibration = calibration.map_err(|error| {
-            let reason = error.to_string();
-            self.report.skip(topic, &*reason, stamp_ns);
-            reason
-        });
-        let Self { sensors, motion, .. } = self;
-        for sensor in sensors {
-            let Reader::Camera(camera) = &mut sensor.reader else { continue };
-            let frame_id = camera.frame_id(topic).unwrap_or(&frame_id).to_owned();
-            let event =
-                Event::Calibration { topic: topic.into(), frame_id, calibration: calibration.clone() };
-            camera.sync.push(event, &motion.poses, &mut camera.report);
-        }
-        Ok(())
-    }
-
-    fn take_transform(&mut self, topic: &str, transform: &TransformEvent) {
-        if self.motion.poses.jumps_back(transform) {
-            self.restart(
-                "transform stamps jumped back by more than a second: pairing and transforms start over there",
-            );
-        }
-        self.motion.poses.take(topic, transform, &mut self.report);
-    }
-
-    /// The transforms start over, and with them what was seen before they did.
-    fn restart(&mut self, note: &str) {
-        for sensor in &mut self.sensors {
-            sensor.restart_with_transforms(&self.motion);
-        }
-        self.motion.poses.tree.clear_samples();
-        self.report.note(note);
-    }
-
-    fn take_data(&mut self, channel: &Channel, kind: Kind, log_time_ns: u64, payload: &[u8]) -> Result<()> {
-        for at in 0..self.sensors.len() {
-            if !self.sensors[at].reads(channel) {
-                continue;
-            }
-            match &mut self.sensors[at].reader {
-                Reader::Lidar(lidar) => lidar.take(kind, log_time_ns, payload),
-                Reader::Camera(camera) if matches!(kind, Kind::RosTransform(_) | Kind::RosFloat(_)) => {
-                    let transform = camera.sdk_transform(&channel.topic, kind, payload)?;
-                    if let Some(transform) = transform {
-                        self.take_transform(&channel.topic, &transform);
-                    }
-                }
-                Reader::Camera(camera) => {
-                    if let Some(event) = camera.event(&channel.topic, kind, log_time_ns, payload) {
-                        self.take_event(at, event, log_time_ns);
-                    }
-                }
-                Reader::Absent => {}
-            }
-        }
-        Ok(())
-    }
-
-    fn take_event(&mut self, at: usize, event: Event, log_time_ns: u64) {
-        let alone = self.sensors.len() == 1;
-        let LogSensor { name, reader, ready, track } = &mut self.sensors[at];
-        let Reader::Camera(camera) = reader else { return };
-        if let Some(what) = camera.restart_at(&event, &self.motion) {
-            while let Some(observation) = camera.pop(&self.motion) {
-                ready.push_back((track.jumps, observation));
-            }
-            let scope = if alone { "pairing and transforms start" } else { "its pairing starts" };
-            camera
-                .report
-                .note(format!("`{name}`: {what} jumped back by more than a second: {scope} over there"));
-            // The transforms serve others whose stamps may not have jumped.
-            if alone {
-                self.motion.poses.tree.clear_samples();
-            }
-        }
-        let seen_ns = if let Event::Depth(image) = &event { Some(image.stamp_ns) } else { None };
-        if let Some(stamp_ns) = seen_ns {
-            track.see(stamp_ns, log_time_ns);
-        }
-        camera.sync.push(event, &self.motion.poses, &mut camera.report);
-        if seen_ns.is_some() {
-            self.compare_clocks(at);
-        }
-    }
-
-    /// Has scans that are decoded wait for their poses.
-    fn take_scans(&mut self) {
-        for at in 0..self.sensors.len() {
-            let mut seen = false;
-            let LogSensor { name, reader, track, .. } = &mut self.sensors[at];
-            let Reader::Lidar(lidar) = reader else { continue };
-            while let Some(scan) = lidar.next_scan() {
-                let jumped = track.see(scan.stamp_ns, self.log_time_ns);
-                if jumped {
-                    let note = format!("`{name}`: stamps of scans jumped back by more than a second");
-                    lidar.report.read.note(note);
-                }
-                lidar.wait(scan, jumped);
-                seen = true;
-            }
-            if seen {
-                self.compare_clocks(at);
-            }
-        }
-    }
-
-    /// Tells of clocks that differ from that of a sensor.
-    fn compare_clocks(&mut self, at: usize) {
-        let this = &self.sensors[at];
-        for other in self.sensors.iter().filter(|other| other.name != this.name) {
-            let Some(ahead_s) = this.track.ahead_of_s(&other.track) else { continue };
-            let (first, last, ahead_s) = if ahead_s > 0.0 {
-                (&this.name, &other.name, ahead_s)
-            } else {
-                (&other.name, &this.name, -ahead_s)
-            };
-            self.report.note_once(
-                &format!("clocks differ: stamps of `{first}` are ahead of those of `{last}`"),
-                &format!(" by {ahead_s:.1} s when they are read"),
-            );
-        }
     }
 
     /// The next observation of a log with one sensor.

@@ -93,7 +93,7 @@ pub(crate) struct Survey {
     /// Log times of the first and the last message, as far as summaries say so.
     span_ns: Option<[u64; 2]>,
     /// What to tell of it.
-    pub(super) notes: Vec<String>,
+    pub(in crate::input) notes: Vec<String>,
     /// Damage met while reading ahead, which is met again in reading.
     pub(super) damage: Vec<String>,
 }
@@ -272,9 +272,8 @@ impl Splits {
     /// # Errors
     /// [`Error::File`] and [`Error::Format`] where no file can be opened.
     pub(crate) fn open(files: LogFiles, survey: Survey) -> Result<Self> {
-        let Survey { ids, mut notes, .. } = survey;
-        notes.extend(files.notes().iter().cloned());
-        let mut splits = Self { files, ids, at: 0, open: None, passed_bytes: 0, notes };
+        let ids = survey.ids;
+        let mut splits = Self { files, ids, at: 0, open: None, passed_bytes: 0, notes: Vec::new() };
         match splits.open_next() {
             Some(error) if splits.open.is_none() => Err(error),
             _ => Ok(splits),
@@ -339,7 +338,7 @@ impl Splits {
         self.passed_bytes + self.open.as_ref().map_or(0, |records| records.offset())
     }
 
-    /// What was met and should be told, each once.
+    /// What was damaged or passed over, each once.
     pub(crate) fn take_notes(&mut self) -> Vec<String> {
         std::mem::take(&mut self.notes)
     }

@@ -28,13 +28,16 @@ impl LogMessages {
     /// [`crate::Error::File`] and [`crate::Error::Format`] where no file can be read.
     pub(super) fn open(files: LogFiles) -> Result<Self> {
         let survey = Survey::of(&files)?;
+        let mut report = ReadReport::default();
+        survey.notes.iter().for_each(|note| report.note(note));
+        report.tell_files(files.told());
         let topics: Vec<Record> = survey.topics().collect();
         let mut log = Self {
             records: Splits::open(files, survey)?,
             channels: BTreeMap::new(),
             topics: Vec::new(),
             unplayed: Vec::new(),
-            report: ReadReport::default(),
+            report,
         };
         topics.into_iter().for_each(|topic| log.learn(topic));
         Ok(log)
@@ -74,7 +77,7 @@ impl LogMessages {
             let channels = &self.channels;
             let played = |id: u32| channels.get(&id).is_none_or(Option::is_some);
             let record = self.records.next(&played)?;
-            self.records.take_notes().into_iter().for_each(|note| self.report.note(note));
+            self.records.take_notes().into_iter().for_each(|note| self.report.tell_damage(note));
             match record {
                 None => return Ok(None),
                 Some(Record::Message { channel_id, log_time_ns, data }) => {

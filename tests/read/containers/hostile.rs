@@ -1,4 +1,4 @@
-//! Changed and random containers: errors or frames, never a panic. The target `log` in `fuzz/` runs the same for longer.
+//! Changed and random containers: errors or frames, never a panic. The targets in `fuzz/` run the same for longer.
 
 use prop::collection::vec;
 use prop::sample::Index;
