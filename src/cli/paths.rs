@@ -64,6 +64,10 @@ impl<'a> Paths<'a> {
     /// [`Error::Output`].
     pub(super) fn check(&self) -> Result<()> {
         for (at, (what, file)) in self.files.iter().enumerate() {
+            if is_told_on(file) {
+                let reason = "is where limpid prints; a named pipe (`mkfifo`) takes what is to be passed on";
+                return Err(refuse(what, file, reason));
+            }
             for input in &self.inputs {
                 check_file(what, file, input)?;
             }
@@ -145,6 +149,12 @@ fn is_one(a: &Path, _: &Metadata, b: &Path, _: &Metadata) -> bool {
 /// Whether a path is a device such as `/dev/null`, which nothing is overwritten in.
 fn is_device(path: &Path) -> bool {
     std::fs::metadata(path).is_ok_and(|about| !about.is_file() && !about.is_dir())
+}
+
+/// Whether a path is this process's standard output or error, on which what is told would mix with what is written.
+fn is_told_on(path: &Path) -> bool {
+    let is = |stream: &str| is_same(path, Path::new(stream));
+    ["/dev/stdout", "/dev/stderr"].into_iter().any(is) && !is("/dev/null")
 }
 
 /// A path without links and dots; what is not there yet is kept as it is written.

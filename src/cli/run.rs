@@ -156,8 +156,7 @@ fn known_panes(report: &RunReport) -> PaneSet {
 /// Saves the map of an update.
 pub(super) fn save_last(stem: &Path, last: &Update) -> Result<[PathBuf; 2]> {
     let nothing = || limpid::Error::Empty { reason: "no map was made".into() };
-    let free = last.camera().and_then(|camera| camera.layers.as_ref()).map(|layers| layers.free.as_slice());
-    save_map(stem, last.map.as_ref().ok_or_else(nothing)?, free)
+    save_map(stem, last.map.as_ref().ok_or_else(nothing)?)
 }
 
 /// Where results go.

@@ -15,8 +15,7 @@ const UNKNOWN: u8 = 205;
 ///
 /// Lethal cells (254) are occupied. A cell is free only where it is known to be: 255 is unknown, and so are inscribed cells
 /// (253), since inflation overwrites unknown from there up, unless they are known to be free under it: by their verdict
-/// (free or passable) where the map has verdicts, else by their class (free or passable) where it has classes, else by
-/// `free` (a camera's layer of free cells, above 0 where it is free).
+/// (free or passable) where the map has verdicts, else by their class (free or passable) where it has classes.
 /// Costs up to 252 are free, however near an obstacle: a map holds obstacles, and the planner's own inflation layer
 /// adds its margin; inflation saved as obstacles would be inflated twice.
 ///
@@ -25,20 +24,17 @@ const UNKNOWN: u8 = 205;
 /// releases wrote, unknown space would come back as free.)
 ///
 /// # Errors
-/// [`crate::Error::File`] where a file cannot be written (older ones then stay), [`crate::Error::Encode`] where costs, verdicts, classes or the layer of free cells
+/// [`crate::Error::File`] where a file cannot be written (older ones then stay), [`crate::Error::Encode`] where costs, verdicts or classes
 /// are not `width * height` cells.
-pub fn save_map(stem: &Path, map: &MapUpdate, free: Option<&[f32]>) -> Result<[PathBuf; 2]> {
+pub fn save_map(stem: &Path, map: &MapUpdate) -> Result<[PathBuf; 2]> {
     if let Some(reason) = grid_mismatch(map) {
         return Err(encode_error(stem, reason));
     }
     let costs = &map.costmap;
-    if free.is_some_and(|free| free.len() != costs.len()) {
-        return Err(encode_error(stem, "the layer of free cells does not fill the grid"));
-    }
     let known_free = |cell: usize| match (map.verdicts.get(cell), map.classes.get(cell)) {
         (Some(verdict), _) => verdict_is_free(*verdict),
         (None, Some(&class)) => class == CellClass::Free as u8 || class == CellClass::Passable as u8,
-        (None, None) => free.is_some_and(|free| free[cell] > 0.0),
+        (None, None) => false,
     };
     let greys = costs.iter().enumerate().map(|(cell, &cost)| grey_of_cost(cost, known_free(cell)));
     save(stem, &map.grid, greys.collect())

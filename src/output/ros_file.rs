@@ -1,7 +1,7 @@
 //! An MCAP file of ROS 2 messages: profile `ros2`, zstd chunks, CDR with `ros2msg` schemas.
 
 use std::collections::{BTreeMap, HashMap};
-use std::io::{Seek, Write};
+use std::io::{Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 use ::mcap::records::MessageHeader;
@@ -31,16 +31,20 @@ pub struct RosFile<W: Write + Seek> {
 }
 
 impl<W: Write + Seek> RosFile<W> {
-    /// Starts a file in `target`; `path` names it in errors.
+    /// Starts a file in `target`; `path` names it in errors. What cannot seek, as a pipe, is written in one go: then a chunk is
+    /// held in memory until it is complete.
     ///
     /// # Errors
     /// [`Error::File`] where the header cannot be written.
-    pub fn new(target: W, path: &Path) -> Result<Self> {
+    pub fn new(mut target: W, path: &Path) -> Result<Self> {
+        let here = target.stream_position().map_err(Error::file(path))?;
+        let seeks = target.seek(SeekFrom::Start(here)).is_ok();
         let options = WriteOptions::new()
             .profile("ros2")
             .library(concat!("limpid ", env!("CARGO_PKG_VERSION")))
             .compression(Some(Compression::Zstd))
-            .compression_threads(0);
+            .compression_threads(0)
+            .disable_seeking(!seeks);
         let writer = options.create(target).map_err(|e| mcap_error(path, e))?;
         Ok(Self { path: path.into(), writer: Some(writer), channels: HashMap::new(), results: 0 })
     }

@@ -20,6 +20,8 @@ pub(crate) struct StagedFile {
     path: PathBuf,
     staged: Option<Staged>,
     file: BufWriter<File>,
+    /// How many bytes were written to what cannot seek.
+    passed_bytes: Option<u64>,
 }
 
 /// Where a file is written, and what it is to be called.
@@ -44,7 +46,10 @@ impl StagedFile {
     }
 
     fn open(path: &Path, target: PathBuf) -> io::Result<Self> {
-        let with = |file, staged| Self { path: path.into(), staged, file: BufWriter::new(file) };
+        let with = |mut file: File, staged| {
+            let passed_bytes = file.stream_position().is_err().then_some(0);
+            Self { path: path.into(), staged, file: BufWriter::new(file), passed_bytes }
+        };
         if is_direct(path) {
             return Ok(with(File::create(path)?, None));
         }
@@ -145,7 +150,11 @@ pub(crate) fn save_pair(first: (&Path, &[u8]), second: (&Path, &[u8])) -> Result
 
 impl Write for StagedFile {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        self.file.write(bytes)
+        let written = self.file.write(bytes)?;
+        if let Some(passed) = &mut self.passed_bytes {
+            *passed += written as u64;
+        }
+        Ok(written)
     }
 
     fn flush(&mut self) -> io::Result<()> {
@@ -153,9 +162,14 @@ impl Write for StagedFile {
     }
 }
 
+/// What cannot seek says where it is, and no more.
 impl Seek for StagedFile {
     fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
-        self.file.seek(to)
+        match (self.passed_bytes, to) {
+            (None, to) => self.file.seek(to),
+            (Some(passed), SeekFrom::Current(0)) => Ok(passed),
+            (Some(_), _) => Err(ErrorKind::NotSeekable.into()),
+        }
     }
 }
 

@@ -14,7 +14,7 @@ fn small_map() -> MapUpdate {
 #[test]
 fn picture_and_description_are_exact() {
     let folder = TempDir::new().unwrap();
-    let [picture, description] = save_map(&folder.path().join("office.v2"), &small_map(), None).unwrap();
+    let [picture, description] = save_map(&folder.path().join("office.v2"), &small_map()).unwrap();
     assert_eq!(picture, folder.path().join("office.v2.pgm"));
     // Top row = largest y: inscribed, which may be unknown, and inflated, which is free; below free, lethal, unknown.
     assert_eq!(std::fs::read(picture).unwrap(), b"P5\n3 2\n255\n\xcd\xfe\xfe\xfe\x00\xcd");
@@ -32,13 +32,11 @@ fn greys(picture: &std::path::Path) -> Vec<u8> {
 }
 
 #[test]
-fn an_inscribed_cell_is_free_only_where_the_layers_say_so() {
+fn an_inscribed_cell_of_which_nothing_more_is_known_is_unknown() {
     let folder = TempDir::new().unwrap();
     let map = MapUpdate { costmap: vec![253, 253, 254, 255, 0, 252], ..small_map() };
-    let [picture, _] = save_map(folder.path(), &map, Some(&[0.0, 1.0, 0.0, 0.0, 1.0, 1.0])).unwrap();
-    assert_eq!(greys(&picture), [205, 254, 0, 205, 254, 254]);
-    let error = save_map(folder.path(), &map, Some(&[1.0; 5])).unwrap_err().to_string();
-    assert!(error.contains("free cells does not fill the grid"), "{error}");
+    let [picture, _] = save_map(folder.path(), &map).unwrap();
+    assert_eq!(greys(&picture), [205, 205, 0, 205, 254, 254]);
 }
 
 #[test]
@@ -50,13 +48,10 @@ fn inscribed_cells_of_a_lidar_s_map_are_unknown_unless_passable() {
         classes: vec![inflated, inflated, passable, solid, unknown, free],
         ..small_map()
     };
-    let [picture, _] = save_map(folder.path(), &map, None).unwrap();
+    let [picture, _] = save_map(folder.path(), &map).unwrap();
     assert_eq!(greys(&picture), [205, 254, 254, 0, 205, 254]);
-    // A camera's layer says nothing where classes do.
-    let [picture, _] = save_map(folder.path(), &map, Some(&[1.0; 6])).unwrap();
-    assert_eq!(greys(&picture)[0], 205);
     let short = MapUpdate { classes: vec![free; 5], ..map };
-    let error = save_map(folder.path(), &short, None).unwrap_err().to_string();
+    let error = save_map(folder.path(), &short).unwrap_err().to_string();
     assert!(error.contains("6 costs and 5 classes"), "{error}");
 }
 
@@ -79,10 +74,10 @@ fn verdicts_say_what_is_free_under_inflation() {
         classes: vec![CellClass::Inflated as u8; 6],
         ..small_map()
     };
-    let [picture, _] = save_map(folder.path(), &map, None).unwrap();
+    let [picture, _] = save_map(folder.path(), &map).unwrap();
     assert_eq!(greys(&picture), [254, 254, 205, 205, 205, 0]);
     let short = MapUpdate { verdicts: vec![verdict(0, 8); 7], ..map };
-    let error = save_map(folder.path(), &short, None).unwrap_err().to_string();
+    let error = save_map(folder.path(), &short).unwrap_err().to_string();
     assert!(error.contains("6 costs and 7 verdicts"), "{error}");
 }
 
@@ -112,7 +107,7 @@ fn loaded(grey: u8, map: &Description) -> i8 {
 #[test]
 fn map_server_reads_back_what_was_saved() {
     let folder = TempDir::new().unwrap();
-    let [picture, description] = save_map(folder.path(), &small_map(), None).unwrap();
+    let [picture, description] = save_map(folder.path(), &small_map()).unwrap();
     let map: Description = serde_saphyr::from_str(&std::fs::read_to_string(description).unwrap()).unwrap();
     assert_eq!((map.image.as_str(), map.resolution, map.origin), ("map.pgm", 0.05, [-1.5, 2.0, 0.0]));
     let bytes = std::fs::read(picture).unwrap();

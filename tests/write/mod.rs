@@ -10,4 +10,5 @@ mod pictures;
 mod room;
 mod several;
 mod staged;
+mod unseekable;
 mod unwritable;

@@ -26,7 +26,7 @@ fn dump(path: &Path) -> Result<()> {
 }
 
 fn map(path: &Path) -> Result<()> {
-    save_map(path, &sample::output().map.unwrap(), None).map(|_| ())
+    save_map(path, &sample::output().map.unwrap()).map(|_| ())
 }
 
 type Write = fn(&Path) -> Result<()>;
