@@ -17,8 +17,8 @@ use crate::cli::Common;
 /// Observations that are read of a recording at most to see whether they have poses.
 const OBSERVATIONS: u64 = 64;
 
-/// Most topics listed of types that are not read; a robot's own can be hundreds.
-const UNREAD_TOPICS: usize = 20;
+/// Most topics listed that are not used, of types that are read and of others each; a robot's own can be hundreds.
+const UNUSED_TOPICS: usize = 20;
 
 /// Everything that is told of a recording.
 #[derive(Serialize)]
@@ -136,14 +136,16 @@ impl Report {
     }
 
     fn print_topics(&self) {
-        let (mut listed, mut left_out) = (0, 0);
+        let (mut listed, mut left_out) = ([0, 0], 0);
         let rows: Vec<[String; 5]> = self
             .inventory
             .topics
             .iter()
             .filter(|topic| {
-                let is_listed = topic.is_read || listed < UNREAD_TOPICS;
-                listed += usize::from(!topic.is_read && is_listed);
+                let is_used = self.uses.contains_key(&topic.topic);
+                let listed = &mut listed[usize::from(topic.is_read)];
+                let is_listed = is_used || *listed < UNUSED_TOPICS;
+                *listed += usize::from(!is_used);
                 left_out += usize::from(!is_listed);
                 is_listed
             })
@@ -161,7 +163,7 @@ impl Report {
             println!("{}", row.trim_end());
         }
         if left_out > 0 {
-            println!("and {left_out} more of types that are not read (--json lists all)");
+            println!("and {left_out} more that are not used (--json lists all)");
         }
     }
 
