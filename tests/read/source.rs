@@ -8,7 +8,7 @@ use limpid::config::{SensorConfig, SensorKind};
 use limpid::input::{PosedScans, SourceReport, open, open_source};
 use limpid::message::ros2::CameraInfo;
 use limpid::sensor::SensorModel;
-use limpid::sensor::{Observation, RgbdFrame, SensorData};
+use limpid::sensor::{DropReason, Dropped, Observation, RgbdFrame, SensorData};
 
 use super::synthetic::{DEPTH, DEPTH_INFO, FRAME, Recorder, at_ms, camera_info, depth_image};
 use crate::support::{data_dir, data_path};
@@ -39,12 +39,20 @@ fn digest_of(observation: &Observation) -> String {
         }
         SensorData::Scan(scan) => {
             let pose = pose.map(|pose| (pose.map_from_base, pose.base_from_sensor, pose.sweep));
+            let dropped = scan.dropped;
             // As scans were before they told of absent intensities and of clocks.
             let scan = format!("{scan:?}").replace("Columns { intensity: true, ", "Columns { ");
-            let scan = scan.replace(", clock: Stamp", "");
+            let scan = scan.replace(", clock: Stamp", "").replace(&format!("{dropped:?}"), &counted(dropped));
             digest(&format!("{scan} {map_frame:?} {pose:?} {goal_m:?}"))
         }
     }
+}
+
+/// Points left out as they were counted before those without whole rings and labels kept their places.
+fn counted(dropped: Dropped) -> String {
+    let [no_return, not_finite, code] = [DropReason::NoReturn, DropReason::NotFinite, DropReason::ReturnCode]
+        .map(|reason| dropped.count(reason));
+    format!("Dropped {{ counts: [{no_return}, {not_finite}, 0, {code}, 0] }}")
 }
 
 fn stored_digests() -> BTreeMap<String, Vec<String>> {
