@@ -9,9 +9,9 @@ struct PaneCellsParams {
     band_low_m: f32,        // heights in which things are in the way, from the lidar's height
     band_high_m: f32,
     any_height: u32,        // 1: the ground is not known, and a pane counts whatever its height
-    pad0: u32,
-    pad1: u32,
-    pad2: u32,
+    height_min_m: f32,      // the same from a ground that is seen
+    height_max_m: f32,
+    pad: u32,
 }
 
 struct PaneLayerParams {
@@ -29,6 +29,9 @@ struct PaneLayerParams {
 @group(0) @binding(2) var<storage, read_write> pane_records: array<vec2<u32>>;
 @group(0) @binding(3) var<uniform> pane_layer_params: PaneLayerParams;
 @group(0) @binding(4) var<storage, read> map_panes: array<Pane>;
+// 0: height of a place of the window above the ground, as a scalar product with (place, 1); 1: x: above 0 where it was seen
+// (spec 6 §2).
+@group(0) @binding(5) var<storage, read> ground_now: array<vec4<f32>>;
 
 // A pane that lies flatter than this is no wall: cosine of 45 degrees.
 const UPRIGHT_COS = 0.7;
@@ -41,30 +44,38 @@ fn turned(v: vec3<f32>) -> vec3<f32> {
     );
 }
 
-// Whether the pane, `along` its level axis, reaches into the heights in which things are in the way.
-fn in_way(pane: Pane, along: f32) -> bool {
-    let upright = turned(cross(pane.normal.xyz, pane.level.xyz)).z * pane.extent.zw;
-    let foot = pane_cells_params.window_from_lidar_z.w
-        + turned(pane.normal.xyz).z * pane.normal.w
-        + turned(pane.level.xyz).z * along;
-    let low = foot + min(upright.x, upright.y) - MARGIN_M;
-    let high = foot + max(upright.x, upright.y) + MARGIN_M;
-    return pane_cells_params.any_height == 1u
-        || (high >= pane_cells_params.band_low_m && low <= pane_cells_params.band_high_m);
-}
-
-fn crosses(pane: Pane, at: vec3<f32>) -> bool {
-    let shift = vec3(
+// The lidar in the window.
+fn shift() -> vec3<f32> {
+    return vec3(
         pane_cells_params.window_from_lidar_x.w,
         pane_cells_params.window_from_lidar_y.w,
         pane_cells_params.window_from_lidar_z.w,
     );
+}
+
+// Whether the pane, `along` its level axis, reaches into the heights in which things are in the way.
+fn in_way(pane: Pane, along: f32) -> bool {
+    let upright = turned(cross(pane.normal.xyz, pane.level.xyz)).z * pane.extent.zw;
+    let foot = shift() + turned(pane.normal.xyz) * pane.normal.w + turned(pane.level.xyz) * along;
+    let on_ground = ground_now[1].x > 0.5;
+    let foot_m = select(foot.z, dot(ground_now[0], vec4(foot, 1.0)), on_ground);
+    let band_m = select(
+        vec2(pane_cells_params.band_low_m, pane_cells_params.band_high_m),
+        vec2(pane_cells_params.height_min_m, pane_cells_params.height_max_m),
+        on_ground,
+    );
+    let low = foot_m + min(upright.x, upright.y) - MARGIN_M;
+    let high = foot_m + max(upright.x, upright.y) + MARGIN_M;
+    return (pane_cells_params.any_height == 1u && !on_ground) || (high >= band_m.x && low <= band_m.y);
+}
+
+fn crosses(pane: Pane, at: vec3<f32>) -> bool {
     let n = turned(pane.normal.xyz);
     if pane.id == 0u || abs(n.z) > UPRIGHT_COS {
         return false;
     }
-    let off = dot(n, at - shift) - pane.normal.w;
-    let along = dot(turned(pane.level.xyz), at - shift);
+    let off = dot(n, at - shift()) - pane.normal.w;
+    let along = dot(turned(pane.level.xyz), at - shift());
     let half = 0.5 * pane_cells_params.resolution_m;
     let beside = along < pane.extent.x - half || along > pane.extent.y + half;
     return abs(off) <= half * (abs(n.x) + abs(n.y)) && !beside && in_way(pane, along);

@@ -65,7 +65,8 @@ impl SensorRun {
     /// What the floor says against the configuration and the transforms.
     fn warning(&self, sensor: &SensorInfo) -> Option<String> {
         let mount = self.mount.filter(|_| self.ground.seen == 0).map(|mount| mount.text(&sensor.frame_id));
-        let text = mount.or_else(|| self.ground.warning(sensor.config.ground_z_m))?;
+        let z_m = sensor.config.ground_z_m;
+        let text = mount.or_else(|| self.ground.warning(z_m, z_m != Config::default().ground_z_m))?;
         Some(format!("{}: {text}", self.name))
     }
 }

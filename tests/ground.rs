@@ -4,6 +4,7 @@ use glam::{DMat3, DQuat, DVec3};
 use limpid::base::Rigid;
 use limpid::config::Method;
 use limpid::input::SourceReport;
+use limpid::map::{Ground, GroundFrom, GroundPlane};
 use limpid::run::Mistake;
 use limpid::sensor::{CameraInfo, FramePose, Observation, RgbdFrame};
 use limpid::{Config, Options, Result, RunReport, SensorInfo, Source, run};
@@ -117,6 +118,47 @@ fn a_wrong_ground_z_is_named_with_the_right_one() {
     }
     let report = report(&Config { ground_z_m: 0.08, ..config() }, mounted(), mounted());
     assert_eq!(report.warnings, [""; 0], "within 0.1 m");
+}
+
+#[test]
+fn a_ground_z_that_nobody_set_is_named_only_where_heights_count_from_it() {
+    if skipped() {
+        return;
+    }
+    // A map that begins at the camera: the floor lies 0.5 m below z = 0, and is seen in every frame.
+    let mut told = mounted();
+    told.map_from_base.translation_m.z -= 0.3;
+    let of_default = report(&config(), mounted(), told);
+    assert_eq!(of_default.sensors[0].ground.seen, 4, "{:?}", of_default.sensors[0].ground);
+    assert_eq!(of_default.warnings, [""; 0]);
+    let set = report(&Config { ground_z_m: 0.01, ..config() }, mounted(), told);
+    assert!(set.warnings[0].contains("0.31 m below ground_z_m (0.01)"), "{:?}", set.warnings);
+    // Seen late: the frames before it count from what nobody set.
+    let mut late = of_default.sensors[0].ground.clone();
+    late.stated = 1;
+    assert!(late.warning(0.0, false).unwrap().contains("1 of 4 messages"));
+}
+
+#[test]
+fn heights_above_the_ground_that_is_used() {
+    let level = GroundPlane { normal: DVec3::Z, below_m: 0.6, messages: 3 };
+    let ground = Ground {
+        from: GroundFrom::Seen,
+        agrees: false,
+        sensor_height_m: 0.6,
+        plane: Some(GroundPlane { normal: DVec3::new(-0.6, 0.0, 0.8), ..level }),
+        seen: true,
+        refused_m: None,
+        support: 1.0,
+        area_m2: 2.0,
+        pierced_m2: 0.0,
+        above_stated_m: None,
+    };
+    let place = DVec3::new(1.0, 5.0, 0.5);
+    assert!((ground.height_of(place) - 0.4).abs() < 1e-12, "above the tilted plane");
+    for other in [Ground { agrees: true, ..ground }, Ground { from: GroundFrom::Other, ..ground }] {
+        assert!((other.height_of(place) - 1.1).abs() < 1e-12, "above a level one");
+    }
 }
 
 #[test]

@@ -1,14 +1,11 @@
-// Finds pixels of a depth image that lie below the ground where nothing explains it: neither the ground, seen where their rays
-// cross it, nor a thing whose mirror image they are. spec 6 §2 (drop-offs).
+// Lets the pixels of a depth image vote for the cells of the ground that their rays meet: the ground is seen there, or they go on
+// to what lies deeper. spec 6 §2 (drop-offs).
 // A mirror image has its thing as far above the ground as it lies below: where the camera looks past that place, there is none,
-// and what lies below may be real. A mirror, or a near floor that a matcher gets wrong, is a patch with ground behind it or on both
-// sides: so a gap narrower than that is no drop.
+// and what lies below is real.
 @group(0) @binding(0) var<uniform> drop_params: DropParams;
 @group(0) @binding(1) var<storage, read> depth_m: array<f32>;
 @group(0) @binding(2) var<storage, read> reliability: array<f32>;
 @group(0) @binding(3) var<storage, read> rays: array<vec2<f32>>;
-@group(0) @binding(4) var<storage, read> cell_hits: array<CellHits>;
-@group(0) @binding(5) var<storage, read> drop_cells: array<vec4<u32>>;
 @group(0) @binding(6) var<storage, read> ground_now: array<vec4<f32>>;
 @group(0) @binding(7) var<storage, read_write> drop_marks: array<atomic<u32>>;
 
@@ -18,21 +15,20 @@ override distorted: bool = true;
 // Rays outside the lens model's field are stored this large.
 const NO_RAY = 1.0e6;
 
-// What the camera sees of a place: it does not look there, it looks past it, or something is there, or before it.
-const NOT_SEEN = 0u;
-const LOOKED_PAST = 1u;
-const IN_THE_WAY = 2u;
 const NEAR_M = 0.05;
-// How near that place something is the thing that is mirrored: so much, and a share of its depth; pixels around that are asked.
+// How near the mirrored place something is the thing that is mirrored: so much, and a share of its depth; pixels around that are
+// asked.
 const MIRROR_M = 0.1;
 const MIRROR_PER_M = 0.08;
 const MIRROR_STEP_PX = 2.0;
 // Of the nine pixels so many must look past it: some are spikes.
 const LEAST_PAST = 6u;
-// How far around a patch of a mirror the ground must show: behind it, and beside it, in steps.
-const PATCH_STEP_M = 0.05;
-const PATCH_STEPS = 30u;
-const PATCH_SIDE_STEPS = 8u;
+// A pixel whose neighbours lie elsewhere is a spike: how far beside it they are asked, as a part of the image's width; by how much
+// their depths may differ; how many of the four must not.
+const BESIDE_PARTS = 140u;
+const BESIDE_M = 0.03;
+const BESIDE_PER_M = 0.06;
+const LEAST_BESIDE = 3u;
 
 fn ray_of(pixel: u32, u: u32, v: u32) -> vec2<f32> {
     if distorted {
@@ -41,46 +37,47 @@ fn ray_of(pixel: u32, u: u32, v: u32) -> vec2<f32> {
     return (vec2(f32(u), f32(v)) - drop_params.centre_px) / drop_params.focal_px;
 }
 
-// Whether the ground is seen in one of the cells around a place, in this frame or in several before.
-fn is_ground_near(at: vec2<f32>) -> bool {
-    var near = false;
-    for (var k = 0u; k < 9u; k++) {
-        let cell = cell_of(at + drop_params.resolution_m * (vec2(f32(k % 3u), f32(k / 3u)) - 1.0));
-        if cell != NO_CELL {
-            near = near || cell_hits[cell].top == FLOOR || is_known_ground(cell);
-        }
-    }
-    return near;
+fn size_px() -> vec2<f32> {
+    return vec2(f32(drop_params.width), f32(drop_params.measured / max(drop_params.width, 1u)));
 }
 
-// Whether something stands in one of the cells around a place.
-fn stands_near(at: vec2<f32>) -> bool {
-    var stands = false;
-    for (var k = 0u; k < 9u; k++) {
-        let cell = cell_of(at + drop_params.resolution_m * (vec2(f32(k % 3u), f32(k / 3u)) - 1.0));
-        if cell != NO_CELL {
-            stands = stands || cell_hits[cell].count > 0u;
+// Whether the neighbours of a pixel lie near it.
+fn is_borne_out(u: u32, v: u32, depth: f32) -> bool {
+    let step = f32(max(drop_params.width / BESIDE_PARTS, 1u));
+    let size = size_px();
+    var near = 0u;
+    for (var k = 0u; k < 4u; k++) {
+        let off = select(-step, step, (k & 1u) == 1u);
+        let at = vec2(f32(u), f32(v)) + select(vec2(0.0, off), vec2(off, 0.0), k < 2u);
+        if all(at >= vec2(0.0)) && all(at < size) {
+            let pixel = u32(at.y) * drop_params.width + u32(at.x);
+            let beside = depth_m[pixel];
+            let is_near = beside > 0.0 && abs(beside - depth) < BESIDE_M + BESIDE_PER_M * depth;
+            near += select(0u, 1u, is_near && reliability[pixel] > drop_params.tau);
         }
     }
-    return stands;
+    return near >= LEAST_BESIDE;
 }
 
 // What the camera sees of the place as far above the ground as `place` lies below it.
 fn seen_mirrored(place: vec3<f32>, height: f32) -> u32 {
-    let off = place - 2.0 * height * ground_now[0].xyz - sensor_in_window();
+    let off = mirrored(place, height);
     let at = drop_params.window_from_sensor_x.xyz * off.x
         + drop_params.window_from_sensor_y.xyz * off.y
         + drop_params.window_from_sensor_z.xyz * off.z;
-    let ideal = at.xy / max(at.z, NEAR_M) * drop_params.focal_px + drop_params.centre_px;
-    let size = vec2<f32>(f32(drop_params.width), f32(drop_params.measured / drop_params.width));
-    // A lens with distortion moves it: it is not known where to.
-    if distorted || at.z < NEAR_M {
+    if at.z < NEAR_M {
         return NOT_SEEN;
     }
+    var ray = at.xy / at.z;
+    if distorted {
+        ray = distort(ray, drop_params.lens_a, drop_params.lens_b);
+    }
+    let middle = ray * drop_params.focal_px + drop_params.centre_px;
+    let size = size_px();
     var past = 0u;
     var in_the_way = false;
     for (var k = 0u; k < 9u; k++) {
-        let pixel = floor(ideal + MIRROR_STEP_PX * (vec2(f32(k % 3u), f32(k / 3u)) - 1.0) + 0.5);
+        let pixel = floor(middle + MIRROR_STEP_PX * (vec2(f32(k % 3u), f32(k / 3u)) - 1.0) + 0.5);
         if all(pixel >= vec2(0.0)) && all(pixel < size) {
             let depth = depth_m[u32(pixel.y) * drop_params.width + u32(pixel.x)];
             let is_there = depth != 0.0 && abs(depth) < at.z + MIRROR_M + MIRROR_PER_M * at.z;
@@ -89,28 +86,6 @@ fn seen_mirrored(place: vec3<f32>, height: f32) -> u32 {
         }
     }
     return select(select(NOT_SEEN, LOOKED_PAST, past >= LEAST_PAST), IN_THE_WAY, in_the_way);
-}
-
-fn is_ground_at(at: vec2<f32>) -> bool {
-    let cell = cell_of(at);
-    return cell != NO_CELL && (cell_hits[min(cell, arrayLength(&cell_hits) - 1u)].top == FLOOR || is_known_ground(cell));
-}
-
-// Whether the ground goes on behind a place, as the camera looks, or close by on both sides of it.
-fn is_in_ground(at: vec2<f32>) -> bool {
-    let away = at - sensor_in_window().xy;
-    let along = PATCH_STEP_M * away / max(length(away), 1.0e-6);
-    let across = vec2(-along.y, along.x);
-    var sides = vec3(false);
-    for (var k = 1u; k < PATCH_STEPS + 1u; k++) {
-        let beside = k <= PATCH_SIDE_STEPS;
-        sides |= vec3(
-            is_ground_at(at + f32(k) * along),
-            beside && is_ground_at(at + f32(k) * across),
-            beside && is_ground_at(at - f32(k) * across),
-        );
-    }
-    return sides.x || (sides.y && sides.z);
 }
 
 @compute @workgroup_size(16, 4)
@@ -127,19 +102,14 @@ fn pixels(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let place = in_window(vec3(ray * depth, depth));
-    let height = height_of(place);
-    for (var turn = 0u; turn < turns_if(is_deep(place, height)); turn++) {
-        let crossing = crossing_of(place, height);
-        let seen = seen_mirrored(place, height);
-        // What lies far off is too uncertain to go by the ground alone.
-        let is_far = length(place.xy - sensor_in_window().xy) > drop_params.range_m;
-        var explained = seen == IN_THE_WAY || (seen == NOT_SEEN && is_far);
-        for (var ask = 0u; ask < turns_if(!explained); ask++) {
-            explained = is_ground_near(crossing) || stands_near(place.xy);
-        }
-        for (var ask = 0u; ask < turns_if(!explained); ask++) {
-            explained = is_in_ground(crossing);
-        }
-        mark(crossing, place.xy, explained);
+    let crossing = crossing_of(place);
+    var kind = crossing.does;
+    let meets = kind != ROUGH;
+    for (var ask = 0u; ask < turns_if(kind == OPEN); ask++) {
+        kind = vote_by(seen_mirrored(place, crossing.height));
+        kind = select(ROUGH, kind, kind == MIRRORED || is_borne_out(u, v, depth));
+    }
+    if meets {
+        vote(crossing, kind);
     }
 }

@@ -36,7 +36,6 @@ const MOST_PIERCED = 0.25;
 // The line that one ring draws on walls around a lidar is no ground.
 const LEAST_SPREAD = 1.3;
 const LEAST_SPREAD_SHARE = 0.3;
-const SPREAD_SECTORS = 32u;
 const SPREAD_STEPS_PER_M = 1024.0;
 // What lies less than this below a plane does not count as below, metres.
 const BELOW_M = 0.1;
@@ -66,10 +65,6 @@ const APART_STEPS_PER_M = 10000.0;
 // Time in which the kept plane follows what is seen, ticks of 0.01 s.
 const FOLLOW_TICKS = 50.0;
 
-// Squares along a side of the field around the sensor in which planes are measured, a bit each.
-const FIELD = 64u;
-const FIELD_WORDS = 128u;
-
 var<workgroup> sums: array<vec4<f32>, LANES>;       // weight; x, y, off
 var<workgroup> squares: array<vec4<f32>, LANES>;    // xx, xy, yy
 var<workgroup> products: array<vec4<f32>, LANES>;   // x off, y off; samples on the plane, samples
@@ -82,34 +77,6 @@ var<workgroup> most_apart: atomic<u32>;
 var<workgroup> plane_now: vec3<f32>;                // z = x a + y b + c; c of no plane is above 0
 var<workgroup> tried: array<vec3<f32>, CANDIDATES>;
 
-// A plane with what speaks for it.
-struct Found {
-    plane: vec3<f32>,
-    value: f32,         // 0: it is no ground
-    level: bool,        // whether it is like one
-    area_m2: f32,
-    pierced_m2: f32,
-    share: f32,
-}
-
-// z = x a + y b + c of n . p = d.
-fn slopes_of(plane: vec4<f32>) -> vec3<f32> {
-    return vec3(-plane.xy, plane.w) / plane.z;
-}
-
-fn normal_of(plane: vec3<f32>) -> vec4<f32> {
-    let n = normalize(vec3(-plane.xy, 1.0));
-    return vec4(n, plane.z * n.z);
-}
-
-fn height_at(plane: vec3<f32>, at: vec2<f32>) -> f32 {
-    return dot(plane.xy, at) + plane.z;
-}
-
-fn is_plane(plane: vec3<f32>) -> bool {
-    return plane.z < 0.0;
-}
-
 fn count_of_samples() -> u32 {
     return min(ground_params.columns * ground_params.rows, MOST_SAMPLES);
 }
@@ -121,10 +88,6 @@ fn expected() -> vec3<f32> {
         return slopes_of(from_sensor(ground[known]));
     }
     return vec3(0.0, 0.0, select(1.0, ground_params.stated_z - sensor_place().z, ground_params.has_map == 1u));
-}
-
-fn is_same(a: vec3<f32>, b: vec3<f32>, at: vec2<f32>, most_m: f32, most_slope: f32) -> bool {
-    return abs(height_at(a, at) - height_at(b, at)) < most_m && length(a.xy - b.xy) < most_slope;
 }
 
 // How much more a plane counts as it is like the expected one.
@@ -204,16 +167,6 @@ fn refitted(plane: vec3<f32>, pull: vec2<f32>) -> vec3<f32> {
     return plane + vec3(turn, mean.z - dot(turn, mean.xy));
 }
 
-// The bit of the square around a place: word and bit; a word of FIELD_WORDS lies outside.
-fn square_of(at: vec2<f32>) -> vec2<u32> {
-    let square = floor(at / ground_params.square_m) + 0.5 * f32(FIELD);
-    if !(square.x >= 0.0 && square.y >= 0.0 && square.x < f32(FIELD) && square.y < f32(FIELD)) {
-        return vec2(FIELD_WORDS, 0u);
-    }
-    let number = u32(square.y) * FIELD + u32(square.x);
-    return vec2(number / 32u, number % 32u);
-}
-
 fn is_shown(at: vec2<f32>) -> bool {
     let square = square_of(at);
     return square.x < FIELD_WORDS && ((atomicLoad(&shown[min(square.x, FIELD_WORDS - 1u)]) >> square.y) & 1u) == 1u;
@@ -226,14 +179,6 @@ fn is_shown_near(at: vec2<f32>) -> bool {
         near = near || is_shown(at + ground_params.square_m * (vec2(f32(k % 3u), f32(k / 3u)) - 1.0));
     }
     return near;
-}
-
-// Sector of a direction: quarters by sign, evenly in |y| / (|x| + |y|) within.
-fn sector_of(at: vec2<f32>) -> u32 {
-    let share = abs(at.y) / max(abs(at.x) + abs(at.y), 1.0e-6);
-    var turn = select(share, 2.0 - share, at.x < 0.0);
-    turn = select(turn, 4.0 - turn, at.y < 0.0);
-    return min(u32(turn * f32(SPREAD_SECTORS) / 4.0), SPREAD_SECTORS - 1u);
 }
 
 fn mark_shown(lane: u32, count: u32) {

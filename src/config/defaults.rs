@@ -35,7 +35,7 @@ impl Default for Config {
             float_depth_unit_m: 1.0,
             ground_z_m: 0.0,
             ground_keep_s: 5.0,
-            drop_m: 0.0,
+            drop_m: 0.15,
             depth_min_m: 0.17,
             depth_max_m: 10.0,
             range_gate_m: 5.0,

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use crate::config::Config;
 use crate::map::clean::cleaned;
-use crate::map::{CellClass, FrameImages, LidarUpdate, MapUpdate};
+use crate::map::{CellClass, FrameImages, Ground, LidarUpdate, MapUpdate};
 use crate::message::ros2::{Header, PointCloud2};
 use crate::output::cloud::{FLOAT32, TrustedPoints, cloud};
 use crate::sensor::{DepthImage, Scan, SensorPose};
@@ -27,13 +27,17 @@ pub(super) struct Clouds {
 struct Obstacles<'a> {
     config: &'a Config,
     pose: SensorPose,
+    ground: Option<Ground>,
     map: Option<&'a MapUpdate>,
 }
 
 impl Obstacles<'_> {
     fn has(&self, point_m: [f32; 3]) -> bool {
-        let in_map = self.pose.map_from_sensor().transform_point(DVec3::from(point_m.map(f64::from)));
-        let height_m = in_map.z - self.config.ground_z_m;
+        let map_from_sensor = self.pose.map_from_sensor();
+        let in_map = map_from_sensor.transform_point(DVec3::from(point_m.map(f64::from)));
+        let stated_m = in_map.z - self.config.ground_z_m;
+        let off_m = in_map - map_from_sensor.translation_m;
+        let height_m = self.ground.map_or(stated_m, |ground| ground.height_of(off_m));
         let in_band = (self.config.height_min_m..=self.config.height_max_m).contains(&height_m);
         in_band && !self.is_passable(in_map)
     }
@@ -64,11 +68,11 @@ pub(super) fn of_camera(
     depth: &DepthImage,
     images: &FrameImages,
     header: &Header,
-    (pose, map): (SensorPose, Option<&MapUpdate>),
+    (pose, ground, map): (SensorPose, Option<Ground>, Option<&MapUpdate>),
 ) -> Clouds {
     let which = (crate::base::single(config.tau), config.cloud_stride.max(1));
     let all = points.of(images, &depth.camera, header.clone(), which);
-    Obstacles { config, pose, map }.split(header, all.data)
+    Obstacles { config, pose, ground, map }.split(header, all.data)
 }
 
 /// Clouds of a lidar's scan: its points, those mirrored in glass put right.
@@ -77,12 +81,12 @@ pub(super) fn of_lidar(
     scan: &Scan,
     lidar: &LidarUpdate,
     header: &Header,
-    (pose, map): (SensorPose, Option<&MapUpdate>),
+    (pose, ground, map): (SensorPose, Option<Ground>, Option<&MapUpdate>),
 ) -> Clouds {
     let places: Vec<[f32; 3]> = match &lidar.glass {
         Some(labelled) => cleaned(scan, labelled).map(|point| point.place_m.as_vec3().to_array()).collect(),
         None => scan.points.iter().map(|point| point.position_m()).collect(),
     };
     let of = |[x, y, z]: [f32; 3]| [x, y, z, 1.0].into_iter().flat_map(f32::to_le_bytes);
-    Obstacles { config, pose, map }.split(header, places.into_iter().flat_map(of).collect())
+    Obstacles { config, pose, ground, map }.split(header, places.into_iter().flat_map(of).collect())
 }

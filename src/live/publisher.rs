@@ -11,7 +11,7 @@ use crate::live::health::Health;
 use crate::live::mapping::UnderWay;
 use crate::live::outputs::Outputs;
 use crate::live::sheet::{Page, Sheet};
-use crate::map::{MapUpdate, Seen, State, Update};
+use crate::map::{Ground, MapUpdate, Seen, State, Update};
 use crate::message::RosMessage;
 use crate::message::live::{GridUpdate, Log, SpeedLimit};
 use crate::message::ros2::{Header, PointCloud2, Time};
@@ -127,7 +127,7 @@ impl<'a> Publisher<'a> {
     /// [`crate::Error::Ros2`].
     pub(super) fn publish(&mut self, update: &Update, of: UnderWay, health: &mut Health) -> Result<()> {
         if let (Some(observation), Some(seen)) = (&of.observation, &update.seen) {
-            self.send_clouds(observation, seen)?;
+            self.send_clouds(observation, seen, update.ground)?;
         }
         let Some(map) = &update.map else { return Ok(()) };
         let took = of.since.elapsed();
@@ -168,7 +168,12 @@ impl<'a> Publisher<'a> {
         }
     }
 
-    fn send_clouds(&mut self, observation: &Observation, seen: &Seen) -> Result<()> {
+    fn send_clouds(
+        &mut self,
+        observation: &Observation,
+        seen: &Seen,
+        ground: Option<Ground>,
+    ) -> Result<()> {
         let wanted = self.outputs.listeners(MARKING) + self.outputs.listeners(CLEARING) > 0;
         let sensor = observation.sensor;
         let (Some(info), Some(pose), true) = (self.sensors.get(sensor), observation.pose, wanted) else {
@@ -180,10 +185,10 @@ impl<'a> Publisher<'a> {
             (Seen::Camera(camera), SensorData::Frame(frame)) => {
                 let Some(images) = &camera.images else { return Ok(()) };
                 let points = &mut self.points[sensor];
-                of_camera(points, &info.config, &frame.depth, images, &header, (pose, map))
+                of_camera(points, &info.config, &frame.depth, images, &header, (pose, ground, map))
             }
             (Seen::Lidar(lidar), SensorData::Scan(scan)) => {
-                of_lidar(&info.config, scan, lidar, &header, (pose, map))
+                of_lidar(&info.config, scan, lidar, &header, (pose, ground, map))
             }
             _ => return Ok(()),
         };

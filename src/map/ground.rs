@@ -73,6 +73,17 @@ impl GroundPlane {
 }
 
 impl Ground {
+    /// Height above the ground that is used, metres, of a place `off_m` from the sensor in the map's axes. Where another sensor's
+    /// plane is used, it is taken as level.
+    pub fn height_of(&self, off_m: DVec3) -> f64 {
+        match self.plane {
+            Some(plane) if self.from == GroundFrom::Seen && !self.agrees => {
+                plane.normal.dot(off_m) + plane.below_m
+            }
+            _ => self.sensor_height_m + off_m.z,
+        }
+    }
+
     /// From what `ground/settle` tells of a message of a sensor at `pose`.
     pub(crate) fn read(words: &[[f32; 4]; 5], pose: SensorPose, ground_z_m: f64) -> Self {
         let [_, used, plane, shown, now] = words.map(|word| DVec4::from_array(word.map(f64::from)));
@@ -119,7 +130,12 @@ pub struct GroundRun {
     pub refused: u64,
     /// Its height above `ground_z_m`, metres.
     pub refused_m: f64,
+    /// Messages whose heights count from `ground_z_m`, as no sensor had seen the ground.
+    pub stated: u64,
 }
+
+/// Share of messages whose heights count from a `ground_z_m` that is wrong, from which that is worth a warning.
+const STATED_SHARE: u64 = 10;
 
 /// Difference between `ground_z_m` and what is seen that is worth a warning, metres.
 const WRONG_M: f64 = 0.1;
@@ -129,6 +145,7 @@ impl GroundRun {
     pub fn count(&mut self, ground: Option<&Ground>) {
         let Some(ground) = ground else { return };
         self.messages += 1;
+        self.stated += u64::from(ground.from == GroundFrom::Stated);
         if ground.seen {
             self.seen += 1;
             self.last = Some(*ground);
@@ -155,16 +172,20 @@ impl GroundRun {
         }
     }
 
-    /// What the floor says against `ground_z_m`, or the sensor's transform.
-    pub fn warning(&self, ground_z_m: f64) -> Option<String> {
+    /// What the floor says against `ground_z_m`, or the sensor's transform. Of a `ground_z_m` that nobody set, no more than a start,
+    /// this is said only where heights count from it in part of the messages.
+    pub fn warning(&self, ground_z_m: f64, set: bool) -> Option<String> {
+        let counts = set || STATED_SHARE * self.stated > self.messages;
         let above_m = self.last.and_then(|ground| ground.above_stated_m);
         let side = |above_m: f64| if above_m > 0.0 { "above" } else { "below" };
         match above_m {
-            Some(above_m) if above_m.abs() > WRONG_M => Some(format!(
-                "the floor lies {:.2} m {} ground_z_m ({ground_z_m}): state ground_z_m: {:.2}, or see the sensor's transform; heights count from the floor that is seen",
+            Some(above_m) if above_m.abs() > WRONG_M && counts => Some(format!(
+                "the floor lies {:.2} m {} ground_z_m ({ground_z_m}): state ground_z_m: {:.2}, or see the sensor's transform; heights count from the floor that is seen, and from ground_z_m until it was ({} of {} messages)",
                 above_m.abs(),
                 side(above_m),
                 ground_z_m + above_m,
+                self.stated,
+                self.messages,
             )),
             None if 2 * self.refused > self.messages => Some(format!(
                 "no floor at ground_z_m ({ground_z_m}), but something level {:.2} m {} it, where the robot's base says that it is none: see ground_z_m and the transforms of the base and the sensor",

@@ -20,6 +20,8 @@ pub struct Why {
     pub lidar: Option<LidarSays>,
     /// The pane that crosses the cell.
     pub pane: Option<PaneSays>,
+    /// Where the ground drops away.
+    pub drop: Option<DropSays>,
 }
 
 /// What the occupancy layer holds of a cell.
@@ -68,6 +70,15 @@ pub struct PaneSays {
     pub by: SeenBy,
 }
 
+/// What the layer of drops holds of a cell that is one.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DropSays {
+    /// How far below the ground the sensor saw something through the cell, metres.
+    pub depth_m: f64,
+    /// Who saw it last, and how long ago.
+    pub by: SeenBy,
+}
+
 /// A sensor, and the time since its evidence.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SeenBy {
@@ -84,6 +95,7 @@ pub(crate) struct Records {
     pub(crate) marks: Option<[u32; 2]>,
     pub(crate) solid: Option<[u32; 4]>,
     pub(crate) pane: Option<[u32; 2]>,
+    pub(crate) drop: Option<[u32; 4]>,
 }
 
 /// Steps of the heights in records a metre (`shaders/lib/record.wgsl`).
@@ -95,6 +107,9 @@ const CROSSING_ZERO_M: f64 = 32.0;
 /// Steps of the highest hit a metre, and the number from which they count (`shaders/lib/cell.wgsl`).
 const HEIGHT_STEPS_PER_M: f64 = 65536.0;
 const FLOOR: u32 = 1;
+
+/// Bit of a cell that drops (`shaders/lib/drops/drops.wgsl`).
+const DROPS: u32 = 1;
 
 fn seen_by(word: u32, tick: u32, now: u32) -> SeenBy {
     let sensor = usize::try_from((word >> 24) & 0x1f).ok().and_then(|number| number.checked_sub(1));
@@ -146,6 +161,13 @@ impl Records {
         let [pane, tick] = self.pane?;
         (tick != 0).then(|| PaneSays { pane: pane & 0x00ff_ffff, by: seen_by(pane, tick, now) })
     }
+
+    /// What the record of drops says.
+    pub(crate) fn drop(&self, now: u32) -> Option<DropSays> {
+        let [_, tick, flags, depth] = self.drop?;
+        let depth_m = f64::from(depth) / RECORD_STEPS_PER_M;
+        (flags & DROPS != 0).then(|| DropSays { depth_m, by: seen_by(flags, tick, now) })
+    }
 }
 
 impl Why {
@@ -155,7 +177,7 @@ impl Why {
         rows(settings).get(index).copied().filter(|_| index < ROWS.len())
     }
 
-    /// In words: the cost, the verdict and its evidence; then what each layer says, a line each. `names`: of the sensors.
+    /// In words: the cost, the verdict and its evidence; then what each layer says, a line each, that of drops where there is one. `names`: of the sensors.
     pub fn text(&self, settings: &RuleSettings, names: &[String]) -> String {
         let mut lines = vec![self.sentence(settings, names)];
         lines.push(match &self.camera {
@@ -170,6 +192,9 @@ impl Why {
             None => "  panes: none".into(),
             Some(says) => format!("  panes: pane {}, found {}", says.pane, says.by.text(names)),
         });
+        lines.extend(self.drop.map(|says| {
+            format!("  drops: {:.2} m below the ground, seen {}", says.depth_m, says.by.text(names))
+        }));
         lines.join("\n")
     }
 

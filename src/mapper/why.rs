@@ -28,6 +28,7 @@ impl Mapper {
             marks: self.record("cell_marks", slot)?,
             solid: self.record("solid_cells", slot)?,
             pane: self.record("pane_cells", slot)?,
+            drop: self.record("drop_cells", slot)?,
         };
         let now = self.clock.now();
         Ok(Some(Why {
@@ -38,6 +39,7 @@ impl Mapper {
             camera: records.camera(now, self.map.config.height_min_m),
             lidar: records.lidar(now),
             pane: records.pane(now),
+            drop: records.drop(now),
         }))
     }
 

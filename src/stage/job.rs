@@ -7,6 +7,7 @@ use crate::sensor::CameraModel;
 use crate::stage::camera::back_project::STRIP;
 use crate::stage::camera::drm::Drm;
 use crate::stage::glass::Glass;
+use crate::stage::Moment;
 use crate::stage::map::layers::Layers;
 
 /// What the stages of the map are built for, and what those of a sensor know of it.
@@ -205,5 +206,48 @@ impl LidarJob {
     pub fn layer_names(&self) -> Vec<String> {
         let tall = (0..self.tall_layers()).map(|layer| layer.to_string());
         tall.chain(["plane".into(), "below".into()]).collect()
+    }
+}
+
+/// What a stage that sensors of both kinds have is built for.
+#[derive(Debug, Clone)]
+pub(crate) enum SensorJob {
+    /// For a camera.
+    Camera(Arc<CameraJob>),
+    /// For a lidar.
+    Lidar(Arc<LidarJob>),
+}
+
+impl SensorJob {
+    /// Parameters of the sensor.
+    pub(crate) fn config(&self) -> &Config {
+        match self {
+            Self::Camera(job) => &job.config,
+            Self::Lidar(job) => &job.config,
+        }
+    }
+
+    /// The map.
+    pub(crate) fn map(&self) -> &MapJob {
+        match self {
+            Self::Camera(job) => &job.map,
+            Self::Lidar(job) => &job.map,
+        }
+    }
+
+    /// Its number among the map's sensors, from 0.
+    pub(crate) fn sensor(&self) -> u32 {
+        match self {
+            Self::Camera(job) => job.sensor,
+            Self::Lidar(job) => job.sensor,
+        }
+    }
+
+    /// Height in the map from which its passes count z: the stated ground, or a lidar's own height.
+    pub(crate) fn zero_z_m(&self, moment: &Moment<'_>) -> f64 {
+        match self {
+            Self::Camera(job) => job.config.ground_z_m,
+            Self::Lidar(_) => moment.pose.map_from_sensor().translation_m.z,
+        }
     }
 }

@@ -15,6 +15,7 @@ use std::sync::Arc;
 
 use glam::Vec4;
 
+pub(crate) use job::SensorJob;
 pub use job::{CameraJob, LidarJob, MapJob};
 pub use moment::Moment;
 

@@ -4,6 +4,7 @@ mod bad_input;
 mod clock;
 mod determinism;
 mod drm;
+mod drops;
 mod geometry;
 mod ground;
 mod inputs;

@@ -28,9 +28,9 @@ fn params(side: usize, band_m: Option<[f64; 2]>) -> PaneCellsParams {
         band_low_m: low as f32,
         band_high_m: high as f32,
         any_height: u32::from(band_m.is_none()),
-        pad0: 0,
-        pad1: 0,
-        pad2: 0,
+        height_min_m: 0.1,
+        height_max_m: 2.0,
+        pad: 0,
     }
 }
 
@@ -60,12 +60,27 @@ fn list_of(panes: &[Pane]) -> Vec<u32> {
 
 const ORIGIN_SLOT: [u32; 2] = [5, 3];
 
-/// The layer after a scan of `lidar` at which `map_panes` holds `shared`, slot by slot.
+/// The ground as the passes before tell it; not seen.
+const UNSEEN: [[f32; 4]; 5] = [[0.0, 0.0, 1.0, 0.0], [0.0; 4], [0.0; 4], [0.0; 4], [0.0; 4]];
+
+/// The layer over a ground that is not seen.
 fn layer(
     params: &PaneCellsParams,
     before: &[[u32; 2]],
     tick: u32,
     lidar: GlassLidar,
+    panes: &[Pane],
+    shared: &[Pane],
+) -> Vec<[u32; 2]> {
+    layer_over(&UNSEEN, params, before, (tick, lidar), panes, shared)
+}
+
+/// The layer after a scan of `lidar` at which `map_panes` holds `shared`, slot by slot.
+fn layer_over(
+    ground: &[[f32; 4]; 5],
+    params: &PaneCellsParams,
+    before: &[[u32; 2]],
+    (tick, lidar): (u32, GlassLidar),
     panes: &[Pane],
     shared: &[Pane],
 ) -> Vec<[u32; 2]> {
@@ -75,6 +90,7 @@ fn layer(
         .params("pane_layer_params", &layer_params(tick, lidar, ORIGIN_SLOT.map(|slot| slot % side)))
         .input("panes", &list_of(panes))
         .input("map_panes", shared)
+        .input("ground_now", ground)
         .changed("pane_records", before)
         .run(PANE_CELLS, Invocations::area(side, side));
     cast_slice(out.words("pane_records")).to_vec()
@@ -141,6 +157,32 @@ fn truth_a_pane_counts_where_it_is_in_the_way() {
     assert_eq!(marked(-2.5, -1.1, band_m), whole, "its edge may be 0.3 m higher");
     assert_eq!(marked(-2.5, -1.3, band_m), 0, "below what the robot drives over");
     assert_eq!(marked(1.4, 2.5, None), whole, "where the ground is not known");
+}
+
+#[test]
+fn truth_heights_count_from_the_ground_that_is_seen() {
+    if skipped() {
+        return;
+    }
+    let side = 24;
+    let marked = |ground: [f32; 4], low_m: f64, high_m: f64, band_m| {
+        let mut now = UNSEEN;
+        (now[0], now[1][0]) = (ground, 1.0);
+        let (nothing, panes) = (vec![[0, 0]; side * side], [pane(&upright(side, low_m, high_m))]);
+        let after =
+            layer_over(&now, &params(side, band_m), &nothing, (9, FRONT), &panes, &shared(1, &panes, 9));
+        after.iter().filter(|record| record[1] != 0).count()
+    };
+    // The ground lies 1 m below the lidar, whatever is stated, and whether or not there is a map.
+    for band_m in [None, Some([-3.0, -2.5])] {
+        assert!(marked([0.0, 0.0, 1.0, 1.0], -0.9, 1.0, band_m) >= 14);
+        assert_eq!(marked([0.0, 0.0, 1.0, 1.0], 1.4, 2.5, band_m), 0, "a high window");
+        assert_eq!(marked([0.0, 0.0, 1.0, 1.0], -2.5, -1.3, band_m), 0, "below what the robot drives over");
+    }
+    // It rises by 1 m in 2 m along y: a pane that hangs 2 m above the lidar is in the way where the ground is high.
+    let rising = marked([0.0, -0.5, 1.0, 1.0], 2.0, 3.0, None);
+    let whole = marked([0.0, 0.0, 1.0, 1.0], -0.9, 1.0, None);
+    assert!(rising > 0 && rising < whole, "{rising} of {whole}");
 }
 
 #[test]

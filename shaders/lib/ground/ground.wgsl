@@ -73,10 +73,3 @@ fn turned(v: vec3<f32>) -> vec3<f32> {
 fn sensor_place() -> vec3<f32> {
     return vec3(ground_params.local_from_sensor_x.w, ground_params.local_from_sensor_y.w, ground_params.local_from_sensor_z.w);
 }
-
-// PCG hash of M. Jarzynski and M. Olano, "Hash Functions for GPU Rendering", 2020.
-fn hash(value: u32) -> u32 {
-    let state = value * 747796405u + 2891336453u;
-    let word = ((state >> ((state >> 28u) + 4u)) ^ state) * 277803737u;
-    return (word >> 22u) ^ word;
-}

@@ -1,9 +1,9 @@
 //! Panes of glass as cells of the map (spec 3 §7).
 //!
-//! A pane marks cells where it reaches into the heights of obstacles, `height_min_m` to `height_max_m` above the ground at
-//! `ground_z_m` in the map; its edges are known to 0.3 m, which counts for it. So a window high above the robot marks none.
-//! Where the map is the lidar's own frame ([`SensorPose::SENSOR`], a recording without poses) the ground is not known: there a
-//! pane counts whatever its height.
+//! A pane marks cells where it reaches into the heights of obstacles, `height_min_m` to `height_max_m` above the ground as it is
+//! seen, else at `ground_z_m` in the map; its edges are known to 0.3 m, which counts for it. So a window high above the robot marks
+//! none. Where no ground was seen and the map is the lidar's own frame ([`SensorPose::SENSOR`], a recording without poses), a pane
+//! counts whatever its height.
 
 use std::sync::Arc;
 
@@ -57,12 +57,12 @@ crate::params! {
         pub band_high_m: f32,
         /// Whether panes count whatever their height: 0 or 1.
         pub any_height: u32,
+        /// Lowest height of what is in the way above a ground that is seen, metres.
+        pub height_min_m: f32,
+        /// Highest.
+        pub height_max_m: f32,
         /// Unused.
-        pub pad0: u32,
-        /// Unused.
-        pub pad1: u32,
-        /// Unused.
-        pub pad2: u32,
+        pub pad: u32,
     }
 }
 
@@ -160,9 +160,9 @@ pub fn params(
         band_low_m: single(from_m + config.height_min_m),
         band_high_m: single(from_m + config.height_max_m),
         any_height: u32::from(ground_m.is_none()),
-        pad0: 0,
-        pad1: 0,
-        pad2: 0,
+        height_min_m: single(config.height_min_m),
+        height_max_m: single(config.height_max_m),
+        pad: 0,
     }
 }
 

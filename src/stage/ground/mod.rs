@@ -20,7 +20,7 @@ use crate::gpu::{Extent, FrameInput, Invocations, Plan};
 use crate::map::Clock;
 use crate::sensor::{CameraModel, Distortion, SensorPose};
 use crate::stage::camera::see_through::pinhole;
-use crate::stage::{CameraJob, LidarJob, MapJob, Moment, Stage, rows, single};
+use crate::stage::{CameraJob, LidarJob, Moment, SensorJob, Stage, rows, single};
 
 mod shaders;
 
@@ -219,78 +219,41 @@ pub fn stated_now(below_zero_m: f64) -> [[f32; 4]; 5] {
     [[0.0, 0.0, 1.0, single(below_zero_m)], [0.0; 4], NO_PLANE, [0.0; 4], NO_PLANE]
 }
 
-/// What is sampled for the ground.
-#[derive(Debug, Clone)]
-enum Of {
-    Camera(Arc<CameraJob>),
-    Lidar(Arc<LidarJob>),
-}
-
 /// The stage.
 #[derive(Debug)]
 pub struct Ground {
-    of: Of,
+    of: SensorJob,
 }
 
 impl Ground {
     /// Of a camera's frames.
     pub fn of_camera(job: &Arc<CameraJob>) -> Self {
-        Self { of: Of::Camera(Arc::clone(job)) }
+        Self { of: SensorJob::Camera(Arc::clone(job)) }
     }
 
     /// Of a lidar's scans.
     pub fn of_lidar(job: &Arc<LidarJob>) -> Self {
-        Self { of: Of::Lidar(Arc::clone(job)) }
-    }
-
-    fn config(&self) -> &Config {
-        match &self.of {
-            Of::Camera(job) => &job.config,
-            Of::Lidar(job) => &job.config,
-        }
-    }
-
-    fn map(&self) -> &MapJob {
-        match &self.of {
-            Of::Camera(job) => &job.map,
-            Of::Lidar(job) => &job.map,
-        }
-    }
-
-    fn sensor(&self) -> u32 {
-        match &self.of {
-            Of::Camera(job) => job.sensor,
-            Of::Lidar(job) => job.sensor,
-        }
+        Self { of: SensorJob::Lidar(Arc::clone(job)) }
     }
 
     fn sample(&self, plan: &mut Plan) -> Result<()> {
         match &self.of {
-            Of::Camera(job) => {
+            SensorJob::Camera(job) => {
                 let depth = [("depth_m", job.depth_buffer())];
                 plan.step(PIXELS, Invocations::line(MOST_SAMPLES), &depth)?;
                 plan.with(&[("distorted", job.depth.distortion != Distortion::None)])
             }
-            Of::Lidar(_) => plan.step(RETURNS, Invocations::line(MOST_SAMPLES), &[]),
+            SensorJob::Lidar(_) => plan.step(RETURNS, Invocations::line(MOST_SAMPLES), &[]),
         }
-    }
-
-    /// Corner of cell (0, 0) in the map, and the height that the passes after it count z from.
-    fn zero_m(&self, moment: &Moment<'_>) -> DVec3 {
-        let z = match &self.of {
-            Of::Camera(job) => job.config.ground_z_m,
-            Of::Lidar(_) => moment.pose.map_from_sensor().translation_m.z,
-        };
-        DVec3::new(moment.grid.origin_x_m, moment.grid.origin_y_m, z)
     }
 }
 
 impl Stage for Ground {
     fn append(&self, plan: &mut Plan) -> Result<()> {
-        if self.config().ground == GroundSource::Stated {
+        if self.of.config().ground == GroundSource::Stated {
             return plan.upload("ground_now", NOW_BYTES).map(|_| ());
         }
-        let sensors = u64::try_from(self.map().sensors).unwrap_or(1).max(1);
+        let sensors = u64::try_from(self.of.map().sensors).unwrap_or(1).max(1);
         plan.uniform::<GroundParams>("ground_params")?;
         plan.shared("ground", KEPT_BYTES * sensors)?;
         let height = MOST_SAMPLES / SAMPLE_ROW;
@@ -306,14 +269,15 @@ impl Stage for Ground {
     }
 
     fn write(&self, moment: &Moment<'_>, input: &mut FrameInput<'_>) -> Result<()> {
-        let (config, zero_m) = (self.config(), self.zero_m(moment));
+        let config = self.of.config();
+        let zero_m = DVec3::new(moment.grid.origin_x_m, moment.grid.origin_y_m, self.of.zero_z_m(moment));
         if config.ground == GroundSource::Stated {
             let now = stated_now(zero_m.z - config.ground_z_m);
             return input.write("ground_now", bytemuck::cast_slice(&now));
         }
         let sampled = match &self.of {
-            Of::Camera(job) => Sampled::Pixels(job.depth),
-            Of::Lidar(job) => {
+            SensorJob::Camera(job) => Sampled::Pixels(job.depth),
+            SensorJob::Lidar(job) => {
                 let points = moment.scan()?.points.len();
                 Sampled::Points(u32::try_from(points).unwrap_or(job.capacity))
             }
@@ -325,8 +289,8 @@ impl Stage for Ground {
             local_origin_m: moment.local_origin_m,
             zero_m,
             tick: moment.tick,
-            sensor: self.sensor(),
-            sensors: u32::try_from(self.map().sensors).unwrap_or(1).max(1),
+            sensor: self.of.sensor(),
+            sensors: u32::try_from(self.of.map().sensors).unwrap_or(1).max(1),
         };
         input.set("ground_params", &params(&moment))
     }

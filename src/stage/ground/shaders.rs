@@ -3,7 +3,10 @@
 use crate::gpu::ShaderSource;
 
 const NUMBERS: &str = include_str!("../../../shaders/lib/numbers.wgsl");
+const HASH: &str = include_str!("../../../shaders/lib/hash.wgsl");
 const GROUND: &str = include_str!("../../../shaders/lib/ground/ground.wgsl");
+const PLANE: &str = include_str!("../../../shaders/lib/ground/plane.wgsl");
+const FIELD: &str = include_str!("../../../shaders/lib/ground/field.wgsl");
 const KEPT: &str = include_str!("../../../shaders/lib/ground/kept.wgsl");
 const POINTS: &str = include_str!("../../../shaders/lib/points/texture.wgsl");
 
@@ -15,12 +18,12 @@ pub const PIXELS: ShaderSource = ShaderSource {
 /// Samples of a scan.
 pub const RETURNS: ShaderSource = ShaderSource {
     name: "ground/returns",
-    parts: &[NUMBERS, GROUND, POINTS, include_str!("../../../shaders/ground/returns.wgsl")],
+    parts: &[HASH, NUMBERS, GROUND, POINTS, include_str!("../../../shaders/ground/returns.wgsl")],
 };
 /// Planes through them.
 pub const DRAW: ShaderSource = ShaderSource {
     name: "ground/draw",
-    parts: &[GROUND, KEPT, include_str!("../../../shaders/ground/draw.wgsl")],
+    parts: &[HASH, GROUND, KEPT, include_str!("../../../shaders/ground/draw.wgsl")],
 };
 /// Samples on each.
 pub const SCORE: ShaderSource = ShaderSource {
@@ -30,7 +33,7 @@ pub const SCORE: ShaderSource = ShaderSource {
 /// Least squares, what is no ground, what is kept.
 pub const SETTLE: ShaderSource = ShaderSource {
     name: "ground/settle",
-    parts: &[GROUND, KEPT, include_str!("../../../shaders/ground/settle.wgsl")],
+    parts: &[GROUND, PLANE, FIELD, KEPT, include_str!("../../../shaders/ground/settle.wgsl")],
 };
 
 /// All of them.
