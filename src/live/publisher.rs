@@ -168,12 +168,7 @@ impl<'a> Publisher<'a> {
         }
     }
 
-    fn send_clouds(
-        &mut self,
-        observation: &Observation,
-        seen: &Seen,
-        ground: Option<Ground>,
-    ) -> Result<()> {
+    fn send_clouds(&mut self, observation: &Observation, seen: &Seen, ground: Option<Ground>) -> Result<()> {
         let wanted = self.outputs.listeners(MARKING) + self.outputs.listeners(CLEARING) > 0;
         let sensor = observation.sensor;
         let (Some(info), Some(pose), true) = (self.sensors.get(sensor), observation.pose, wanted) else {

@@ -4,10 +4,10 @@ use std::sync::Arc;
 
 use crate::config::{Config, Fusion, InflationLaw, Method};
 use crate::sensor::CameraModel;
+use crate::stage::Moment;
 use crate::stage::camera::back_project::STRIP;
 use crate::stage::camera::drm::Drm;
 use crate::stage::glass::Glass;
-use crate::stage::Moment;
 use crate::stage::map::layers::Layers;
 
 /// What the stages of the map are built for, and what those of a sensor know of it.

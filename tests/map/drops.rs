@@ -6,14 +6,10 @@ use limpid::base::Rigid;
 use limpid::config::Method;
 use limpid::map::rule::RuleSettings;
 use limpid::mapper::{Mapper, Options, SensorInfo};
-use limpid::sensor::{
-    CameraModel, DepthSamples, FramePose, Observation, RgbdFrame, SensorData, SensorPose,
-};
+use limpid::sensor::{CameraModel, DepthSamples, FramePose, Observation, RgbdFrame, SensorData, SensorPose};
 use limpid::sim::Simulator;
 
-use super::ground::{
-    DROP, camera_at, camera_mapper, config, drops, frames, platform, row_at, scan, updates,
-};
+use super::ground::{DROP, camera_at, camera_mapper, config, drops, frames, platform, row_at, scan, updates};
 use crate::support::gpu::skipped;
 use crate::support::run::submit;
 use crate::support::scene::{Block, Scene, frame, small_camera};

@@ -7,8 +7,8 @@ use limpid::config::{GroundSource, Method};
 use limpid::map::{GroundFrom, Update};
 use limpid::mapper::{Mapper, Options, SensorInfo};
 use limpid::sensor::{
-    CameraInfo, Columns, Dropped, FramePose, Observation, Point, ReturnType, RgbdFrame, Scan,
-    SensorData, SensorPose, Strength,
+    CameraInfo, Columns, Dropped, FramePose, Observation, Point, ReturnType, RgbdFrame, Scan, SensorData,
+    SensorPose, Strength,
 };
 
 use crate::support::gpu::skipped;

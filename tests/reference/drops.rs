@@ -60,9 +60,8 @@ pub(crate) fn deep_kind(
     place: DVec3,
     [u, v]: [u32; 2],
 ) -> Kind {
-    let inside = |u: f64, v: f64| {
-        u >= 0.0 && v >= 0.0 && u < f64::from(camera.width) && v < f64::from(camera.height)
-    };
+    let inside =
+        |u: f64, v: f64| u >= 0.0 && v >= 0.0 && u < f64::from(camera.width) && v < f64::from(camera.height);
     let depth_at = |u: f64, v: f64| {
         inside(u, v).then(|| f64::from(depth_m[v as usize * camera.width as usize + u as usize]))
     };

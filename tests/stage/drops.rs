@@ -138,8 +138,7 @@ fn twin_of_pixels_with_spikes_and_mirror_images() {
     for kind in [Kind::Ground, Kind::Shallow, Kind::Open, Kind::Unsure, Kind::Mirrored, Kind::Rough] {
         let of = |counts: &[u32; 6]| counts[kind as usize];
         let total: u32 = want.iter().map(of).sum();
-        let differ: u32 =
-            got.iter().zip(&want).map(|(got, want)| of(&got.counts).abs_diff(of(want))).sum();
+        let differ: u32 = got.iter().zip(&want).map(|(got, want)| of(&got.counts).abs_diff(of(want))).sum();
         assert!(total > 3 && differ <= BORDER, "{kind:?}: {differ} of {total}");
     }
 }
@@ -280,15 +279,19 @@ fn truth_what_is_a_drop_in_one_message() {
     }
     let unknown = vec![0; CELLS];
     let ground = some(Kind::Ground, 0.0);
-    let from = |edge: f64, kind: Kind| move |x: f64| if x < edge { some(Kind::Ground, 0.0) } else { some(kind, 0.4) };
+    let from = |edge: f64, kind: Kind| {
+        move |x: f64| if x < edge { some(Kind::Ground, 0.0) } else { some(kind, 0.4) }
+    };
     let open = drops_of(&strip(from(1.0, Kind::Open)), &unknown);
     assert!(open.len() > 10 && open[0] < 1.05, "the edge of a platform: {open:?}");
     let trench = |x: f64| if x < 1.4 { from(1.0, Kind::Open)(x) } else { ground };
     assert_eq!(drops_of(&strip(trench), &unknown).len(), 8, "all of a trench whose floor is seen");
     // A ramp goes down slowly: what is deep begins after 0.4 m of what is not.
-    let ramp = |x: f64| if (1.0..1.4).contains(&x) { some(Kind::Shallow, 0.0) } else { from(1.0, Kind::Open)(x) };
+    let ramp =
+        |x: f64| if (1.0..1.4).contains(&x) { some(Kind::Shallow, 0.0) } else { from(1.0, Kind::Open)(x) };
     assert_eq!(drops_of(&strip(ramp), &unknown), [0.0; 0], "a ramp");
-    let smeared = |x: f64| if (1.0..1.1).contains(&x) { some(Kind::Shallow, 0.0) } else { from(1.0, Kind::Open)(x) };
+    let smeared =
+        |x: f64| if (1.0..1.1).contains(&x) { some(Kind::Shallow, 0.0) } else { from(1.0, Kind::Open)(x) };
     assert!(drops_of(&strip(smeared), &unknown).len() > 8, "an edge that a matcher smears");
     assert_eq!(drops_of(&strip(|_| some(Kind::Open, 0.4)), &unknown), [0.0; 0], "no ground before it");
     let known: Vec<i32> = (0..CELLS).map(|cell| if cell % 120 < 40 { -3 } else { 0 }).collect();
@@ -297,7 +300,11 @@ fn truth_what_is_a_drop_in_one_message() {
     assert_eq!(drops_of(&strip(from(1.0, Kind::Mirrored)), &unknown), [0.0; 0], "mirror images");
     assert_eq!(drops_of(&strip(from(1.0, Kind::Rough)), &unknown), [0.0; 0], "spikes");
     let mixed = |x: f64| Votes { counts: [4, 0, 6, 0, 0, 0], depth_m: 0.4 * f64::from(u8::from(x > 1.0)) };
-    assert_eq!(drops_of(&strip(|x| if x < 1.0 { ground } else { mixed(x) }), &unknown), [0.0; 0], "half of it ground");
+    assert_eq!(
+        drops_of(&strip(|x| if x < 1.0 { ground } else { mixed(x) }), &unknown),
+        [0.0; 0],
+        "half of it ground"
+    );
 }
 
 #[test]
@@ -327,7 +334,8 @@ fn twin_of_what_a_message_says() {
     }
     let mut random = Random(11);
     // Patches of 6 x 6 cells of one kind each, with single cells of another.
-    let patches: Vec<usize> = (0..400).map(|_| [0, 0, 0, 1, 2, 2, 3, 4, 6][random.below(9) as usize]).collect();
+    let patches: Vec<usize> =
+        (0..400).map(|_| [0, 0, 0, 1, 2, 2, 3, 4, 6][random.below(9) as usize]).collect();
     let kinds = [Kind::Ground, Kind::Shallow, Kind::Open, Kind::Unsure, Kind::Mirrored, Kind::Rough];
     let votes: Vec<Votes> = (0..CELLS)
         .map(|cell| {
@@ -340,8 +348,7 @@ fn twin_of_what_a_message_says() {
     let known: Vec<i32> = (0..CELLS).map(|_| [0, 0, 0, -3, 6][random.below(5) as usize]).collect();
     let got = judged(&votes, &known);
     let look = look(eye().translation_m, config().mark_range_m);
-    let judge =
-        Judge { look, votes: &votes, known: &known, least_votes: 3, edge_m: 0.7, drops_after: 6 };
+    let judge = Judge { look, votes: &votes, known: &known, least_votes: 3, edge_m: 0.7, drops_after: 6 };
     let want: Vec<Says> = (0..CELLS).map(|cell| judge.says(cell)).collect();
     let count = |of: Says| want.iter().filter(|says| **says == of).count();
     assert!(count(Says::Drop) > 200 && count(Says::Ground) > 1000, "{}", count(Says::Drop));
@@ -369,7 +376,9 @@ fn twin_of_what_becomes_of_a_cell() {
         .collect();
     let says: Vec<u32> = (0..cells).map(|_| [0, 1, 2 | 700 << 2][random.below(3) as usize]).collect();
     let at = DropMoment { side, ..moment(Rigid::IDENTITY) };
-    for params in [DropParams::of_frame(&job(&config(), tiny_camera()), &at), DropParams::of_scan(&config(), &at, 9)] {
+    for params in
+        [DropParams::of_frame(&job(&config(), tiny_camera()), &at), DropParams::of_scan(&config(), &at, 9)]
+    {
         let out = Fragment::new()
             .params("drop_params", &params)
             .input("drop_said", &says)

@@ -26,9 +26,7 @@ use crate::stage::{CameraJob, LidarJob, Moment, SensorJob, Stage, rows, single};
 
 mod shaders;
 
-pub use shaders::{
-    ALL, DECIDE, JUDGE, PIXELS, RETURNS, RETURNS_OF_BUFFER, VIEW, VIEW_OF_BUFFER,
-};
+pub use shaders::{ALL, DECIDE, JUDGE, PIXELS, RETURNS, RETURNS_OF_BUFFER, VIEW, VIEW_OF_BUFFER};
 
 /// Bins of slopes in a sector of directions (`VIEW_BINS`).
 pub const VIEW_BINS: u32 = 128;

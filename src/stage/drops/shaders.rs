@@ -24,8 +24,10 @@ pub const PIXELS: ShaderSource = ShaderSource {
     parts: &[LENS, DROPS, HEIGHT, VOTE, include_str!("../../../shaders/drops/pixels.wgsl")],
 };
 /// How near a scan sees something, by direction.
-pub const VIEW: ShaderSource =
-    ShaderSource { name: "drops/view", parts: &[HASH, NUMBERS, SCAN, TEXTURE, DROPS, POINT, SEEN, VIEW_PASS] };
+pub const VIEW: ShaderSource = ShaderSource {
+    name: "drops/view",
+    parts: &[HASH, NUMBERS, SCAN, TEXTURE, DROPS, POINT, SEEN, VIEW_PASS],
+};
 /// The same over points that another pass left in a buffer.
 pub const VIEW_OF_BUFFER: ShaderSource =
     ShaderSource { name: "drops/view", parts: &[HASH, NUMBERS, SCAN, BUFFER, DROPS, POINT, SEEN, VIEW_PASS] };
@@ -51,5 +53,4 @@ pub const DECIDE: ShaderSource = ShaderSource {
 };
 
 /// All of them.
-pub const ALL: [ShaderSource; 7] =
-    [PIXELS, VIEW, VIEW_OF_BUFFER, RETURNS, RETURNS_OF_BUFFER, JUDGE, DECIDE];
+pub const ALL: [ShaderSource; 7] = [PIXELS, VIEW, VIEW_OF_BUFFER, RETURNS, RETURNS_OF_BUFFER, JUDGE, DECIDE];
