@@ -1,5 +1,5 @@
 # `make demo` and `make test` set up a fresh Debian or Ubuntu machine that has the Rust toolchain, nothing else.
-.PHONY: demo test check build setup
+.PHONY: demo live test check build setup
 
 CARGO ?= cargo
 SUDO := $(shell [ "$$(id -u)" = 0 ] || echo sudo)
@@ -18,6 +18,10 @@ setup: build
 
 demo: setup
 	target/release/limpid demo -o demo
+
+# A ROS 2 node on this machine: a recording is played into it, a picture and a table of latencies are left.
+live: setup
+	target/release/limpid demo --live -o live
 
 # The tests run in release: software adapters are slow.
 test: setup

@@ -32,6 +32,10 @@ pub(crate) struct DemoArguments {
     /// Use the adapter whose name or driver contains this
     #[arg(long, value_name = "NAME")]
     adapter: Option<String>,
+    /// Live instead: play the recording into a ROS 2 node on this machine, and leave a picture and a table of latencies
+    #[cfg(feature = "ros2")]
+    #[arg(long)]
+    live: bool,
 }
 
 pub(crate) fn execute(arguments: &DemoArguments) -> Result<ExitCode> {
@@ -40,6 +44,10 @@ pub(crate) fn execute(arguments: &DemoArguments) -> Result<ExitCode> {
     let [input, mcap, png, timing, map] =
         ["room.mcap", "costmap.mcap", "pictures", "timing.md", "map"].map(|name| dir.join(name));
     save_file(&input, ROOM)?;
+    #[cfg(feature = "ros2")]
+    if arguments.live {
+        return show_live(arguments, &input);
+    }
     let config = Config::default();
     let adapter = arguments.adapter.clone();
     let options = Options { adapter, images: true, verdicts: true, ..Options::default() };
@@ -71,6 +79,26 @@ pub(crate) fn execute(arguments: &DemoArguments) -> Result<ExitCode> {
         "glare       {}  (a simulated corridor with a polished floor: maps without and with reliability, and the truth)",
         glare.display()
     );
+    Ok(ExitCode::SUCCESS)
+}
+
+/// A node, a player and a listener on the loopback network; in the domain that `ROS_DOMAIN_ID` names.
+#[cfg(feature = "ros2")]
+fn show_live(arguments: &DemoArguments, input: &Path) -> Result<ExitCode> {
+    use limpid::live::try_node;
+    use limpid::ros2::Environment;
+
+    let dir = &arguments.output;
+    let [picture, latency] = ["costmap.png", "latency.md"].map(|name| dir.join(name));
+    let environment = Environment { localhost_only: true, ..Environment::read()? };
+    let config = Config { reliable_sensors: true, wait_s: 1.0, publish_deadline_s: 0.0, ..Config::default() };
+    let with = (&config, arguments.adapter.as_deref());
+    let trial = try_node(input, with, &environment, &picture, &mut |line| println!("{line}"))?;
+    save(&latency, &trial.table())?;
+    println!("\n{}", trial.table());
+    println!("recording   {}  (`limpid play` plays it again)", input.display());
+    println!("picture     {}  (the last map that the node published)", picture.display());
+    println!("latency     {}", latency.display());
     Ok(ExitCode::SUCCESS)
 }
 

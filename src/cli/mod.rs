@@ -107,18 +107,18 @@ impl Common {
     }
 
     fn config(&self) -> Result<Config> {
-        self.config_of(self.config.as_deref())
+        self.config_of(self.config.as_deref(), "limpid")
     }
 
-    /// The parameters of a file, with what the command line states.
-    fn config_of(&self, file: Option<&Path>) -> Result<Config> {
+    /// The parameters that a file has for a node, with what the command line states.
+    fn config_of(&self, file: Option<&Path>, node: &str) -> Result<Config> {
         // A file that is not there is wrong usage, as wrong content is.
         let as_usage = |error| match error {
             Error::File { .. } => Error::Yaml(error.to_string()),
             other => other,
         };
         let mut config = match file {
-            Some(path) => Config::read(path).map_err(as_usage)?,
+            Some(path) => Config::read_for(path, node).map_err(as_usage)?,
             None => Config::default(),
         };
         config.change_all(|parameters| {

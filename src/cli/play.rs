@@ -11,7 +11,7 @@ use super::ros_args::RosArgs;
 
 #[derive(Debug, Args)]
 pub(crate) struct PlayArguments {
-    /// MCAP file, ROS 1 bag, TUM folder, folder with a still pair, pcap, PLY, PCD or a folder of these
+    /// MCAP file, rosbag2 folder, .db3, ROS 1 bag, TUM folder, folder with a still pair, pcap, PLY, PCD or a folder of these
     input: PathBuf,
     /// Parameters in YAML, for recordings other than logs of messages
     #[arg(short, long, value_name = "FILE")]

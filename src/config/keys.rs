@@ -204,6 +204,11 @@ impl Place {
         }
     }
 
+    /// The flat keys that may stand here.
+    pub(super) fn flat_keys(self) -> impl Iterator<Item = &'static str> {
+        KEYS.iter().filter(move |(scope, _)| self.takes(*scope)).flat_map(|(_, keys)| *keys).copied()
+    }
+
     /// Every key that may stand here.
     fn names(self) -> impl Iterator<Item = &'static str> {
         let own = match self {
@@ -211,8 +216,8 @@ impl Place {
             Self::Map => &[],
             Self::Sensor(_) => &["kind"],
         };
-        let flat = KEYS.iter().filter(move |(scope, _)| self.takes(*scope)).flat_map(|(_, keys)| *keys);
-        own.iter().chain(flat).chain(self.short_names().iter().map(|(short, _)| short)).copied()
+        let short = self.short_names().iter().map(|(short, _)| *short);
+        own.iter().copied().chain(self.flat_keys()).chain(short)
     }
 }
 

@@ -1,7 +1,5 @@
 //! Parameters: flat, with units in their names; read from YAML, checked as a whole.
 
-use std::path::Path;
-
 use serde::{Deserialize, Serialize};
 
 use crate::base::{Error, Result};
@@ -15,6 +13,7 @@ mod keys;
 mod lidar;
 mod map;
 mod parse;
+mod read;
 mod sensors;
 mod set;
 mod validate;
@@ -334,37 +333,6 @@ pub struct Config {
 }
 
 impl Config {
-    /// Reads a YAML file; see [`Config::from_yaml`].
-    ///
-    /// # Errors
-    /// As [`Config::from_yaml`], with the file's name; and [`Error::File`].
-    pub fn read(path: &Path) -> Result<Self> {
-        let text = std::fs::read_to_string(path).map_err(Error::file(path))?;
-        let file = path.display();
-        Self::from_yaml(&text).map_err(|error| match error {
-            Error::Config { key, reason } => Error::Config { key, reason: format!("{reason}, in {file}") },
-            Error::Yaml(text) => Error::Yaml(format!("{file}: {text}")),
-            other => other,
-        })
-    }
-
-    /// From YAML text: the keys at the top level, or under `limpid: ros__parameters:` as ROS 2
-    /// parameter files have them. Missing keys keep their defaults.
-    ///
-    /// The flat form states the keys of this struct. The nested form states the map's keys under `map`, a list of names
-    /// under `sensors`, and one section for each name with its `kind` and the keys that belong to it; flat keys beside
-    /// them hold for every sensor.
-    ///
-    /// # Errors
-    /// [`Error::Yaml`] with line, column and snippet where the text is not YAML. [`Error::Config`] with the line for
-    /// unknown keys (with the nearest known one), wrong types, a thing stated twice, and a list of sensors and
-    /// sections that do not fit; and from [`Config::validate`].
-    pub fn from_yaml(text: &str) -> Result<Self> {
-        let config = parse::parse(text)?;
-        config.validate()?;
-        Ok(config)
-    }
-
     /// With a method in place of [`Method::Auto`]: drm where there is colour that can be used, else range.
     pub fn resolved(&self, has_color: bool) -> Self {
         let method = match self.method {

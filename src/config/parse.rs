@@ -8,9 +8,9 @@ use super::sensors::{MAX_SENSORS, check_name};
 use super::{Config, SensorConfig, SensorKind, bad_key};
 use crate::base::{Error, Result, nearest, plain};
 
-/// The parameters of a file; not yet validated.
-pub(super) fn parse(text: &str) -> Result<Config> {
-    let parts = Parts::of(parameters(document::read(text)?)?);
+/// The parameters that a file has for the node of that name; not yet validated.
+pub(super) fn parse(text: &str, node: &str) -> Result<Config> {
+    let parts = Parts::of(parameters(document::read(text)?, node)?);
     let names = parts.sensors.as_ref().map(listed_names).transpose()?;
     let names = names.unwrap_or_default();
     parts.check_sections(&names)?;
@@ -43,21 +43,63 @@ fn bare_frames(config: &mut Config) {
     }
 }
 
-/// The entries under `limpid: ros__parameters:`, whatever the node is called (`/**`: all nodes), or those at the root.
-fn parameters(root: Vec<Entry>) -> Result<Vec<Entry>> {
+/// Whether a section of a ROS 2 parameter file concerns the node of that full name: by its name, or as one of all (`/**`).
+fn concerns(section: &str, node: &str) -> bool {
+    let base = node.rsplit('/').next().unwrap_or(node);
+    let own = section.trim_start_matches('/');
+    own == "**" || own == node.trim_start_matches('/') || own == base || own.strip_prefix("**/") == Some(base)
+}
+
+/// The entries under `NODE: ros__parameters:` and `/**: ros__parameters:`, what comes later over what came before; under the
+/// only node's, whatever it is called; or those at the root.
+fn parameters(mut root: Vec<Entry>, node: &str) -> Result<Vec<Entry>> {
     let is_node = |entry: &Entry| match &entry.node {
         Node::Section(inside) => inside.iter().any(|entry| entry.key == "ros__parameters"),
         _ => false,
     };
-    let named = root.iter().position(|entry| entry.key == "limpid");
-    let Some(place) = named.or_else(|| root.iter().position(is_node)) else { return Ok(root) };
-    let name = root[place].key.clone();
-    let inside = only_section(root, place, &name)?;
+    let is_own = |entry: &Entry| concerns(&entry.key, node);
+    if !root.iter().any(|entry| is_node(entry) || is_own(entry)) {
+        return Ok(root);
+    }
+    if let Some(other) = root.iter().find(|entry| !is_node(entry) && !is_own(entry)) {
+        let beside = root.iter().find(|entry| is_node(entry) || is_own(entry)).map_or("", |entry| &entry.key);
+        return Err(other.fault(&other.key, format!("stands beside `{beside}`, outside the parameters")));
+    }
+    if root.iter().any(is_own) {
+        root.retain(is_own);
+    } else if root.len() > 1 {
+        let names: Vec<_> = root.iter().map(|entry| format!("`{}`", entry.key)).collect();
+        let base = node.rsplit('/').next().unwrap_or(node);
+        let reason = format!("has no parameters in this file, but {} have", names.join(", "));
+        return Err(bad_key(base, reason));
+    }
+    let mut merged = Vec::new();
+    for entry in root {
+        merge(&mut merged, of_node(entry)?);
+    }
+    Ok(merged)
+}
+
+/// The parameters of a node's section.
+fn of_node(entry: Entry) -> Result<Vec<Entry>> {
+    let name = entry.key.clone();
+    let inside = section(entry, &name)?;
     match inside.iter().position(|entry| entry.key == "ros__parameters") {
         Some(place) => only_section(inside, place, &format!("{name}.ros__parameters")),
         None => {
             let other = inside.first().map(|entry| format!(", but `{}`", entry.key)).unwrap_or_default();
             Err(bad_key(&name, format!("has no `ros__parameters` under it{other}")))
+        }
+    }
+}
+
+/// Lays entries over others: a value replaces one of its key, a section is laid over one of its name.
+fn merge(under: &mut Vec<Entry>, over: Vec<Entry>) {
+    for entry in over {
+        match (under.iter_mut().find(|known| known.key == entry.key), entry.node) {
+            (Some(Entry { node: Node::Section(known), .. }), Node::Section(inside)) => merge(known, inside),
+            (Some(known), node) => *known = Entry { node, ..entry },
+            (None, node) => under.push(Entry { node, ..entry }),
         }
     }
 }
@@ -68,6 +110,10 @@ fn only_section(mut entries: Vec<Entry>, place: usize, name: &str) -> Result<Vec
     if let Some(other) = entries.first() {
         return Err(other.fault(&other.key, format!("stands beside `{name}`, outside the parameters")));
     }
+    section(entry, name)
+}
+
+fn section(entry: Entry, name: &str) -> Result<Vec<Entry>> {
     match entry.node {
         Node::Section(inside) => Ok(inside),
         Node::Value(Value::Null) => Ok(Vec::new()),

@@ -34,6 +34,22 @@ impl Config {
         Ok(())
     }
 
+    /// All parameters as ROS 2 lists them: names that [`Config::set`] takes, and values. Where the configuration names sensors,
+    /// what belongs to one has its name in front.
+    pub fn listed(&self) -> Vec<(String, Value)> {
+        let values = |config: &Self| serde_json::to_value(config).unwrap_or_default();
+        let own = values(self);
+        let top = if self.sensors.is_empty() { Place::Top } else { Place::Map };
+        let mut listed: Vec<_> = top.flat_keys().map(|key| (key.to_owned(), own[key].clone())).collect();
+        for sensor in &self.sensors {
+            let values = values(&sensor.parameters);
+            let named = Place::Sensor(sensor.kind).flat_keys();
+            listed.extend(named.map(|key| (format!("{}.{key}", sensor.name), values[key].clone())));
+        }
+        listed.sort_by(|a, b| a.0.cmp(&b.0));
+        listed
+    }
+
     fn set_all(&mut self, flat: &str, key: &str, value: &Value) -> Result<()> {
         let mut sensors = std::mem::take(&mut self.sensors);
         for sensor in &mut sensors {
@@ -84,6 +100,19 @@ mod tests {
         assert!(top.parameters.glass && !front.parameters.glass && !config.glass);
         config.set("timeout_s", "1.5").unwrap();
         assert!(config.sensors.iter().all(|sensor| sensor.timeout_s == 1.5));
+    }
+
+    #[test]
+    fn all_that_is_listed_can_be_set_to_what_it_is() {
+        for config in [robot(), Config::default()] {
+            let mut again = config.clone();
+            let listed = config.listed();
+            assert!(listed.len() > 100, "{}", listed.len());
+            for (key, value) in &listed {
+                again.set(key, &value.to_string()).unwrap();
+            }
+            assert_eq!(again, config);
+        }
     }
 
     #[test]

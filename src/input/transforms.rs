@@ -89,6 +89,11 @@ impl Edge {
         }
     }
 
+    /// Whether it is told up to a stamp, or nearly.
+    fn reaches(&self, stamp_ns: u64, tolerance_ns: u64) -> bool {
+        self.fixed || stamp_ns <= self.newest_ns().saturating_add(tolerance_ns)
+    }
+
     /// Parent from child at a stamp, linear in translation and slerp in rotation between samples.
     fn at(&self, child: &str, stamp_ns: u64, tolerance_ns: u64) -> Result<Rigid, TransformError> {
         let after = self.samples.partition_point(|&(other_ns, _)| other_ns < stamp_ns);
@@ -168,7 +173,7 @@ impl TransformBuffer {
 
     /// Newest stamp of the samples of a frame and its ancestors; `None` where there are none.
     pub fn newest_ns(&self, frame: &str) -> Option<u64> {
-        let edges = self.ancestors(frame).unwrap_or_default().into_iter().filter_map(|at| self.edges.get(at));
+        let edges = self.climb_from(frame, |_| true).0.into_iter().filter_map(|at| self.edges.get(at));
         edges.filter(|edge| !edge.fixed).map(Edge::newest_ns).max()
     }
 
@@ -199,25 +204,43 @@ impl TransformBuffer {
         stamp_ns: u64,
         tolerance_ns: u64,
     ) -> Result<Rigid, TransformError> {
-        let (up, down) = (self.ancestors(source)?, self.ancestors(target)?);
+        // Where parents form a loop, a transform that is no longer told may be what closes it.
+        let (up, down) = self.ways(target, source, |_| true).or_else(|error| {
+            let told = self.ways(target, source, |edge| edge.reaches(stamp_ns, tolerance_ns));
+            told.map_err(|_| error)
+        })?;
         let common = up.iter().find(|frame| down.contains(frame)).ok_or(TransformError::Disconnected)?;
         let common_from_source = self.climb(&up, common, stamp_ns, tolerance_ns)?;
         let common_from_target = self.climb(&down, common, stamp_ns, tolerance_ns)?;
         Ok(common_from_target.inverse().then(common_from_source))
     }
 
-    /// The frame, its parent, and so on up to the root.
-    fn ancestors<'a>(&'a self, frame: &'a str) -> Result<Vec<&'a str>, TransformError> {
+    /// The ancestors of source and target by the edges that count.
+    fn ways<'a>(
+        &'a self,
+        target: &'a str,
+        source: &'a str,
+        counts: impl Fn(&Edge) -> bool,
+    ) -> Result<(Vec<&'a str>, Vec<&'a str>), TransformError> {
+        let way = |frame: &'a str| match self.climb_from(frame, &counts) {
+            (chain, false) => Ok(chain),
+            (_, true) => Err(TransformError::Loop { frame: frame.into() }),
+        };
+        Ok((way(source)?, way(target)?))
+    }
+
+    /// The frame, its parent, and so on up to the root or to where a loop closes, and whether one does.
+    fn climb_from<'a>(&'a self, frame: &'a str, counts: impl Fn(&Edge) -> bool) -> (Vec<&'a str>, bool) {
         let mut chain = vec![frame];
         let mut at = frame;
-        while let Some(edge) = self.edges.get(at) {
+        while let Some(edge) = self.edges.get(at).filter(|edge| counts(edge)) {
             at = &edge.parent;
             if chain.len() > MAX_DEPTH || chain.contains(&at) {
-                return Err(TransformError::Loop { frame: frame.into() });
+                return (chain, true);
             }
             chain.push(at);
         }
-        Ok(chain)
+        (chain, false)
     }
 
     /// `top` from the chain's first frame.

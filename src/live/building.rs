@@ -77,7 +77,7 @@ impl Node<'_> {
         let took_s = now.saturating_duration_since(began).as_secs_f64();
         say(&format!("maps {}, passes built in {took_s:.1} s", names(reading)));
         mapping.mapper.notes().iter().for_each(|note| say(&format!("note: {note}")));
-        self.publisher.watch(reading.source.sensors());
+        self.publisher.watch(reading.source.sensors())?;
         self.health.watch(reading.source.sensors());
         self.mapping = Some(mapping);
         self.health.fault = None;

@@ -6,6 +6,7 @@ use crate::base::{Error, Result};
 use crate::input::LiveSource;
 use crate::live::node::Node;
 use crate::live::reading::{Reading, hint};
+use crate::ros2::Counts;
 
 /// How often the graph is looked at, before sensors are found and after.
 const LOOK_FIRST: Duration = Duration::from_millis(100);
@@ -20,6 +21,9 @@ const TRANSFORMS: [&str; 2] = ["/tf", "/tf_static"];
 /// After so long without sensors the user is told what there is, and then again and again.
 pub(super) const HINT_FIRST: Duration = Duration::from_secs(5);
 const HINT_LATER: Duration = Duration::from_secs(30);
+
+/// Most mismatches that are told.
+const MAX_MISMATCHES: usize = 64;
 
 impl Node<'_> {
     /// Looks at the graph: finds sensors, and newcomers among those who listen.
@@ -38,9 +42,23 @@ impl Node<'_> {
         }
         self.publisher.see(&self.graph)?;
         self.find(now, say)?;
+        self.tell_mismatches(say);
         let mut readers = self.reading.as_ref().map(|reading| reading.readers.clone()).unwrap_or_default();
         readers.sort_unstable();
-        self.announcement.tell(&self.options.naming, readers, self.publisher.writers())
+        readers.extend(&self.services.readers);
+        let mut writers = self.publisher.writers();
+        writers.extend(self.services.writers());
+        self.announcement.tell(&self.options.naming, readers, writers)
+    }
+
+    /// Tells, once, who does not hear whom.
+    fn tell_mismatches(&mut self, say: &mut dyn FnMut(&str)) {
+        let reading = self.reading.as_ref().map(|reading| reading.unheard(&self.graph));
+        for what in reading.into_iter().flatten().chain(self.publisher.unheard()) {
+            if self.mismatches.len() < MAX_MISMATCHES && self.mismatches.insert(what.clone()) {
+                say(&format!("warning: {what}"));
+            }
+        }
     }
 
     /// Chooses what is read, and chooses again where that is not complete and new topics came.
@@ -53,7 +71,7 @@ impl Node<'_> {
             return Ok(());
         }
         let topics = self.presented();
-        let source = match LiveSource::choose(&self.place, &topics, self.config) {
+        let source = match LiveSource::choose(&self.place, &topics, &self.config) {
             Ok(source) => source,
             Err(error @ (Error::Config { .. } | Error::Format { .. })) => {
                 self.wait_for(error.to_string(), now, say);
@@ -130,5 +148,32 @@ impl Node<'_> {
             reading.close(&self.inbox);
         }
         self.next_look = Instant::now();
+    }
+
+    /// Counts what happened to the messages of the topics that are read.
+    pub(super) fn count_messages(&mut self) {
+        let (mut suffered, mut input) = (0, Vec::new());
+        for (name, count) in [("/clock", self.clocks_malformed), ("services", self.services.malformed)] {
+            if count > 0 {
+                suffered += count;
+                input.push((format!("{name}: not understood"), count.to_string()));
+            }
+        }
+        let read = self.reading.as_ref().map(|reading| &reading.source);
+        for topic in read.iter().flat_map(|source| source.topics()) {
+            let Counts { received, lost, malformed, dropped } = self.inbox.counts(topic.number);
+            suffered += malformed + dropped;
+            let counts = format!(
+                "received {received}, lost {lost}, malformed {malformed}, dropped for newer {dropped}"
+            );
+            input.push((topic.name.clone(), counts));
+        }
+        let skipped = read.map(|source| source.report().read.skipped).unwrap_or_default();
+        for skipped in skipped.iter().take(32) {
+            suffered += skipped.count;
+            input.push((format!("{}: {}", skipped.source, skipped.reason), skipped.count.to_string()));
+        }
+        self.health.input_suffers = suffered > self.suffered;
+        (self.suffered, self.health.input) = (suffered, input);
     }
 }

@@ -102,6 +102,8 @@ pub(super) struct Health {
     pub(super) held_up: u64,
     maps_before: u64,
     maps_hz: f64,
+    /// The state that the user was told last.
+    told: Option<State>,
     looked: Option<Instant>,
 }
 
@@ -174,6 +176,12 @@ impl Health {
         status.extend(self.sensors.iter().map(|sensor| sensor.status(now)));
         status.push(self.messages());
         DiagnosticArray { header: Header::new(stamp_ns, ""), status }
+    }
+
+    /// What the map's state is now, where it has changed since this was asked last; nothing before the first map.
+    pub(super) fn news(&mut self) -> Option<String> {
+        let state = self.state();
+        (self.maps > 0 && self.told.replace(state) != Some(state)).then(|| self.map().message)
     }
 
     fn messages(&self) -> DiagnosticStatus {
@@ -256,6 +264,11 @@ mod tests {
         assert!(said[2].message.contains("no data so far"), "{said:?}");
         health.fault = Some("the GPU is lost".into());
         assert_eq!(health.message(8, now).status[0].message, "FAULT: the GPU is lost");
+        health.maps = 1;
+        assert_eq!(health.news().as_deref(), Some("FAULT: the GPU is lost"));
+        assert_eq!(health.news(), None);
+        health.fault = None;
+        assert_eq!(health.news().as_deref(), Some("STALE: rear"));
         // Counts of a sensor outlive a new start.
         health.watch(&[sensor("front")]);
         assert_eq!((health.sensors.len(), health.sensors[0].taken), (1, 1));

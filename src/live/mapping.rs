@@ -68,6 +68,11 @@ impl Mapping {
         })
     }
 
+    /// Publishes as often as a configuration says.
+    pub(super) fn set_rhythm(&mut self, config: &Config) {
+        self.rhythm = Rhythm::of(config);
+    }
+
     /// Whether a sensor that was missing when the passes were built is known now.
     pub(super) fn lacks(&self, infos: &[SensorInfo]) -> Option<String> {
         let is_missing = |info: &SensorInfo| matches!(info.model, SensorModel::Missing(_));

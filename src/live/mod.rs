@@ -7,14 +7,20 @@ mod health;
 mod mapping;
 mod node;
 mod outputs;
+mod parameters;
 mod play;
 mod publisher;
 mod reading;
+#[cfg(feature = "foxglove")]
+mod served;
+mod services;
 mod sheet;
 mod stop;
 mod supervisor;
 mod timeline;
+mod trial;
 
 pub use node::{NodeOptions, run_node};
 pub use play::{PlayOptions, PlayReport, play};
 pub use stop::Stop;
+pub use trial::{Trial, try_node};

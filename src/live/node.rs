@@ -1,7 +1,8 @@
 //! The node: what its sensors see, as a map, for as long as it runs (spec 5).
 
 use std::cell::RefCell;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
+use std::net::SocketAddr;
 use std::time::{Duration, Instant};
 
 use crate::base::Result;
@@ -14,12 +15,13 @@ use crate::live::health::{Health, SensorHealth};
 use crate::live::mapping::{Mapping, Outcome};
 use crate::live::publisher::Publisher;
 use crate::live::reading::{Event, Reading};
+use crate::live::services::Services;
 use crate::live::supervisor::Supervisor;
 use crate::live::timeline::Timeline;
 use crate::message::RosMessage;
 use crate::message::live::Clock;
 use crate::message::ros2::decode_cdr;
-use crate::ros2::{Announcement, Counts, Environment, Graph, Inbox, Naming, Participant, Quality};
+use crate::ros2::{Announcement, Environment, Graph, Inbox, Naming, Participant, Quality};
 
 /// Longest sleep, and the sleep while the GPU works.
 const NAP: Duration = Duration::from_millis(20);
@@ -42,6 +44,8 @@ pub struct NodeOptions {
     pub adapter: Option<String>,
     /// Names and remappings.
     pub naming: Naming,
+    /// Where Foxglove is served; `None`: nowhere.
+    pub foxglove: Option<SocketAddr>,
     /// A device that is open already, which a lost one is replaced by a new one of.
     pub context: Option<Context>,
 }
@@ -68,6 +72,9 @@ pub fn run_node(
     say(&format!("adapter: {}", context.describe()));
     let participant = Participant::join(environment)?;
     let mut node = Node::open(options, environment, &participant, context)?;
+    if let Some(address) = options.foxglove {
+        node.serve_foxglove(address, say)?;
+    }
     say(&format!("{} in ROS domain {}", options.naming.full_name(), environment.domain));
     let lines = RefCell::new(Vec::new());
     let ended = node.turn_until(stop, &lines, &mut |line| {
@@ -108,16 +115,20 @@ fn with_full_names(options: &NodeOptions) -> Result<Config> {
 /// See the module.
 pub(super) struct Node<'a> {
     pub(super) options: &'a NodeOptions,
-    pub(super) config: &'a Config,
+    /// Some of it may change while it runs.
+    pub(super) config: Config,
     /// The graph's name in messages.
     pub(super) place: String,
     pub(super) participant: &'a Participant,
     pub(super) announcement: Announcement,
     pub(super) inbox: Inbox,
+    pub(super) services: Services,
     pub(super) graph: Graph,
     /// Topics ever seen, with their types.
     pub(super) known: BTreeMap<String, String>,
     pub(super) newest_topic: Instant,
+    /// Who does not hear whom, as far as it is told.
+    pub(super) mismatches: BTreeSet<String>,
     pub(super) reading: Option<Reading>,
     pub(super) mapping: Option<Mapping>,
     pub(super) building: Option<Building>,
@@ -133,6 +144,8 @@ pub(super) struct Node<'a> {
     pub(super) next_second: Instant,
     pub(super) retry: Option<(Instant, Duration)>,
     pub(super) suffered: u64,
+    /// Messages of `/clock` that were not understood.
+    pub(super) clocks_malformed: u64,
     /// How often topics became known, and how often they had when sensors were chosen.
     pub(super) changes: u64,
     pub(super) chosen: u64,
@@ -145,7 +158,7 @@ impl<'a> Node<'a> {
         participant: &'a Participant,
         context: Context,
     ) -> Result<Self> {
-        let (config, now) = (&options.config, Instant::now());
+        let (config, now) = (options.config.clone(), Instant::now());
         let inbox = Inbox::open()?;
         if config.use_sim_time {
             let clock = participant.subscribe("/clock", Clock::TYPE, Quality::Sensor)?;
@@ -154,10 +167,12 @@ impl<'a> Node<'a> {
         Ok(Self {
             place: format!("ROS domain {}", environment.domain),
             announcement: Announcement::open(participant, environment)?,
-            publisher: Publisher::open(participant, &options.naming, config)?,
+            publisher: Publisher::open(participant, &options.naming, &config)?,
+            services: Services::open(participant, &options.naming, &inbox)?,
             graph: Graph::default(),
             known: BTreeMap::new(),
             newest_topic: now,
+            mismatches: BTreeSet::new(),
             reading: None,
             mapping: None,
             building: None,
@@ -172,6 +187,7 @@ impl<'a> Node<'a> {
             next_second: now,
             retry: None,
             suffered: 0,
+            clocks_malformed: 0,
             changes: 0,
             chosen: 0,
             options,
@@ -195,7 +211,7 @@ impl<'a> Node<'a> {
             if let Err(error) = self.map(now, say) {
                 self.fail(error, now, say)?;
             }
-            self.tick(now)?;
+            self.tick(now, say)?;
             self.log(lines)?;
             self.sleep();
         }
@@ -207,7 +223,14 @@ impl<'a> Node<'a> {
         for line in lines.take() {
             let level = match line.as_str() {
                 fault if fault.starts_with("FAULT") => LOG_ERROR,
-                other if other.contains("begins anew") || other.contains("still waits") => LOG_WARN,
+                other
+                    if other.contains("begins anew")
+                        || other.contains("still waits")
+                        || other.starts_with("warning")
+                        || other.starts_with("state") && other != "state OK" =>
+                {
+                    LOG_WARN
+                }
                 _ => LOG_INFO,
             };
             self.publisher.log(level, &line, self.time.stamp_ns())?;
@@ -233,7 +256,7 @@ impl<'a> Node<'a> {
             // What comes while there is no GPU would be old by then.
             reading.waiting.clear();
         }
-        let mut events = Vec::new();
+        let (mut events, mut requests) = (Vec::new(), Vec::new());
         let mut clock_jumped = false;
         loop {
             if self.reading.as_ref().is_some_and(|reading| !reading.has_room()) {
@@ -249,7 +272,12 @@ impl<'a> Node<'a> {
             if parcel.topic == CLOCK {
                 let clock = decode_cdr::<Clock>(Clock::TYPE, &parcel.payload)
                     .and_then(|clock| clock.clock.stamp_ns());
+                self.clocks_malformed += u64::from(clock.is_err());
                 clock_jumped |= clock.is_ok_and(|stamp_ns| self.time.take_clock(stamp_ns));
+                continue;
+            }
+            if Services::has(parcel.topic) {
+                requests.push(parcel);
                 continue;
             }
             let came_ns = self.time.steady_ns(parcel.arrived);
@@ -258,7 +286,9 @@ impl<'a> Node<'a> {
             }
         }
         if let Some(reading) = &mut self.reading {
-            reading.tell_time(self.time.steady_ns(now), now, &mut |event| events.push(event));
+            // What waits unread may be what an observation waits for.
+            let heard = self.inbox.oldest().map_or(now, |oldest| oldest.min(now));
+            reading.tell_time(self.time.steady_ns(heard), now, &mut |event| events.push(event));
         }
         for event in events {
             match event {
@@ -270,7 +300,7 @@ impl<'a> Node<'a> {
         if clock_jumped {
             self.begin_anew("/clock jumped back by more than a second", say);
         }
-        Ok(())
+        requests.iter().try_for_each(|request| self.serve(request, say))
     }
 
     fn count(&mut self, sensor: usize, count: impl Fn(&mut SensorHealth)) {
@@ -337,7 +367,7 @@ impl<'a> Node<'a> {
     }
 
     /// What is due by time alone.
-    fn tick(&mut self, now: Instant) -> Result<()> {
+    fn tick(&mut self, now: Instant, say: &mut dyn FnMut(&str)) -> Result<()> {
         self.supervisor.alive(now);
         if now >= self.next_tick {
             self.next_tick = now + Duration::from_secs_f64(1.0 / self.config.publish_rate_hz).max(WINK);
@@ -352,26 +382,8 @@ impl<'a> Node<'a> {
             self.next_second = now + Duration::from_secs(1);
             self.count_messages();
             self.publisher.second(&mut self.health, self.time.stamp_ns(), now)?;
+            self.health.news().into_iter().for_each(|news| say(&format!("state {news}")));
         }
         Ok(())
-    }
-
-    fn count_messages(&mut self) {
-        let Some(reading) = &self.reading else { return };
-        let (mut suffered, mut input) = (0, Vec::new());
-        for topic in reading.source.topics() {
-            let Counts { received, lost, malformed, dropped } = self.inbox.counts(topic.number);
-            suffered += malformed + dropped;
-            let counts = format!(
-                "received {received}, lost {lost}, malformed {malformed}, dropped for newer {dropped}"
-            );
-            input.push((topic.name.clone(), counts));
-        }
-        for skipped in reading.source.report().read.skipped.iter().take(32) {
-            suffered += skipped.count;
-            input.push((format!("{}: {}", skipped.source, skipped.reason), skipped.count.to_string()));
-        }
-        self.health.input_suffers = suffered > self.suffered;
-        (self.suffered, self.health.input) = (suffered, input);
     }
 }

@@ -56,6 +56,8 @@ pub(super) struct Reading {
     pub(super) source: LiveSource,
     /// Readers, for the graph.
     pub(super) readers: Vec<[u8; 16]>,
+    /// Full name, type and quality of what is subscribed to.
+    subscribed: Vec<(String, String, Quality)>,
     pub(super) waiting: VecDeque<Waiting>,
     generation: u32,
     first: Option<Instant>,
@@ -73,7 +75,7 @@ impl Reading {
         options: &NodeOptions,
         (participant, inbox, graph): (&Participant, &Inbox, &Graph),
     ) -> Result<Self> {
-        let mut readers = Vec::new();
+        let (mut readers, mut subscribed) = (Vec::new(), Vec::new());
         for topic in source.topics() {
             let name = options.naming.resolve(&topic.name)?;
             let (quality, most) = quality_of(topic, graph.topic(&name), &options.config);
@@ -81,13 +83,21 @@ impl Reading {
             let subscription = participant.subscribe(&name, &topic.type_name, quality)?;
             readers.push(subscription.guid());
             inbox.add(topic.number, subscription, most, perishable);
+            subscribed.push((name, topic.type_name.clone(), quality));
         }
-        Ok(Self { source, readers, waiting: VecDeque::new(), generation: 0, first: None, starting: true })
+        let waiting = VecDeque::new();
+        Ok(Self { source, readers, subscribed, waiting, generation: 0, first: None, starting: true })
     }
 
     /// Receives no more.
     pub(super) fn close(&self, inbox: &Inbox) {
         self.source.topics().iter().for_each(|topic| inbox.remove(topic.number));
+    }
+
+    /// Why some of what others publish does not come in.
+    pub(super) fn unheard(&self, graph: &Graph) -> Vec<String> {
+        let subscribed = self.subscribed.iter();
+        subscribed.flat_map(|(name, kind, quality)| graph.unheard(name, kind, *quality)).collect()
     }
 
     /// Messages that waited longer are dropped for newer ones.

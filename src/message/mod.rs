@@ -7,6 +7,7 @@ pub(crate) mod marker;
 pub mod ros1;
 pub mod ros2;
 pub(crate) mod schema;
+pub mod service;
 pub mod written;
 
 pub use written::RosMessage;

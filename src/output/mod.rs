@@ -15,19 +15,19 @@ mod ply;
 pub(crate) mod png;
 mod ros_file;
 mod staged;
+pub(crate) mod topics;
 
 pub use exr::DumpSink;
 pub(crate) use exr::write_exr;
 pub use map_server::{map_files, save_map};
-pub use mcap::{McapSink, occupancy_of_cost};
-#[cfg(feature = "ros2")]
-pub(crate) use mcap::{costmap, occupancy_grid};
+pub use mcap::McapSink;
 pub use ply::save_scan;
 pub use png::PngSink;
 pub use ros_file::RosFile;
 pub(crate) use ros_file::abandon;
 pub(crate) use staged::{StagedFile, save_in_folder, save_pair};
 pub use staged::{free_path, save_file};
+pub use topics::occupancy_of_cost;
 
 /// Something that takes the results of a run, one after the other.
 ///

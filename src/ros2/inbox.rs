@@ -8,12 +8,15 @@ use std::time::{Duration, Instant};
 
 use crate::base::{Error, Result};
 use crate::ros2::participant::{Subscription, Taken};
+use crate::ros2::service::Origin;
 
 /// A message as it came.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Parcel {
     /// The number that its topic was added with.
     pub topic: u32,
+    /// Who sent it, under which number.
+    pub origin: Origin,
     /// When it came.
     pub arrived: Instant,
     /// Encapsulation and CDR.
@@ -126,8 +129,9 @@ impl Shared {
         let waker = Waker::from(Arc::clone(&self.bell));
         loop {
             for (topic, subscription) in locked(&self.subscriptions).iter_mut() {
-                let taken = subscription.drain(&waker, &mut |payload| {
-                    locked(&self.queue).put(Parcel { topic: *topic, arrived: Instant::now(), payload });
+                let taken = subscription.drain(&waker, &mut |origin, payload| {
+                    let arrived = Instant::now();
+                    locked(&self.queue).put(Parcel { topic: *topic, origin, arrived, payload });
                     self.filled.notify_all();
                 });
                 self.count(*topic, taken);
@@ -194,6 +198,11 @@ impl Inbox {
         locked(&self.shared.queue).take(Instant::now(), at_most)
     }
 
+    /// When the oldest message that waits came.
+    pub fn oldest(&self) -> Option<Instant> {
+        locked(&self.shared.queue).waiting.front().map(|parcel| parcel.arrived)
+    }
+
     /// Waits until a message is there, or until `until`; whether one is.
     pub fn wait(&self, until: Instant) -> bool {
         let mut queue = locked(&self.shared.queue);
@@ -239,7 +248,7 @@ mod tests {
     }
 
     fn parcel(topic: u32, arrived: Instant, number: u8) -> Parcel {
-        Parcel { topic, arrived, payload: vec![number] }
+        Parcel { topic, origin: Origin::default(), arrived, payload: vec![number] }
     }
 
     #[test]

@@ -8,6 +8,7 @@ mod name;
 mod participant;
 mod qos;
 mod raw;
+mod service;
 
 pub use announce::Announcement;
 pub use environment::Environment;
@@ -16,6 +17,8 @@ pub use inbox::{Counts, Inbox, Parcel};
 pub use name::{Naming, type_of_dds};
 pub use participant::{Participant, Publication, Subscription, Taken};
 pub use qos::Quality;
+pub use rustdds::bytes::Bytes;
+pub use service::{Asker, Origin, Replies};
 
 use crate::base::Error;
 

@@ -17,6 +17,7 @@ use crate::ros2::name::{dds_topic, dds_type};
 use crate::ros2::qos::Quality;
 use crate::ros2::raw::{ENCAPSULATION, LITTLE_ENDIAN, Raw};
 use crate::ros2::ros2_error;
+use crate::ros2::service::Origin;
 
 /// See the module. Dropping it leaves the domain.
 pub struct Participant {
@@ -55,24 +56,11 @@ impl Participant {
         self.dds.guid().to_bytes()
     }
 
-    fn topic(&self, name: &str, type_name: &str, policies: &QosPolicies) -> Result<Topic> {
-        let dds_type = dds_type(type_name).ok_or_else(|| {
-            ros2_error(name, format!("`{type_name}` is not a message type (package/msg/Name)"))
-        })?;
-        let topic = self.dds.create_topic(dds_topic(name), dds_type, policies, TopicKind::NoKey);
-        topic.map_err(|error| ros2_error(name, error))
-    }
-
     /// Publishes what tells which node the endpoints belong to.
     pub(super) fn publish_nodes(&self) -> Result<Publication> {
-        let policies = Quality::Latched { depth: 1 }.of_writer();
+        let (name, policies) = ("ros_discovery_info", Quality::Latched { depth: 1 }.of_writer());
         let type_name = "rmw_dds_common::msg::dds_::ParticipantEntitiesInfo_".into();
-        let topic =
-            self.dds.create_topic("ros_discovery_info".into(), type_name, &policies, TopicKind::NoKey);
-        let topic = topic.map_err(|error| ros2_error("ros_discovery_info", error))?;
-        let writer = self.publisher.create_datawriter_no_key::<Bytes, Raw>(&topic, Some(policies));
-        let writer = writer.map_err(|error| ros2_error("ros_discovery_info", error))?;
-        Ok(Publication { name: "ros_discovery_info".into(), writer })
+        Ok(Publication { name: name.into(), writer: self.publish_raw(name, type_name, policies)? })
     }
 
     /// Publishes on the topic of that full name; `type_name` as in `sensor_msgs/msg/Image`.
@@ -80,10 +68,8 @@ impl Participant {
     /// # Errors
     /// [`crate::Error::Ros2`] where DDS refuses it.
     pub fn publish(&self, name: &str, type_name: &str, quality: Quality) -> Result<Publication> {
-        let policies = quality.of_writer();
-        let topic = self.topic(name, type_name, &policies)?;
-        let writer = self.publisher.create_datawriter_no_key::<Bytes, Raw>(&topic, Some(policies));
-        let writer = writer.map_err(|error| ros2_error(name, error))?;
+        let writer =
+            self.publish_raw(&dds_topic(name), message_type(name, type_name)?, quality.of_writer())?;
         Ok(Publication { name: name.into(), writer })
     }
 
@@ -92,12 +78,45 @@ impl Participant {
     /// # Errors
     /// [`crate::Error::Ros2`] where DDS refuses it.
     pub fn subscribe(&self, name: &str, type_name: &str, quality: Quality) -> Result<Subscription> {
-        let policies = quality.of_reader();
+        self.subscribe_raw(&dds_topic(name), message_type(name, type_name)?, &quality.of_reader())
+    }
+
+    /// Publishes on a topic by its name and type in DDS.
+    pub(super) fn publish_raw(
+        &self,
+        name: &str,
+        type_name: String,
+        policies: QosPolicies,
+    ) -> Result<DataWriter<Bytes, Raw>> {
         let topic = self.topic(name, type_name, &policies)?;
-        let reader = self.subscriber.create_simple_datareader_no_key::<Vec<u8>, Raw>(&topic, Some(policies));
+        let writer = self.publisher.create_datawriter_no_key::<Bytes, Raw>(&topic, Some(policies));
+        writer.map_err(|error| ros2_error(name, error))
+    }
+
+    /// Subscribes to a topic by its name and type in DDS.
+    pub(super) fn subscribe_raw(
+        &self,
+        name: &str,
+        type_name: String,
+        policies: &QosPolicies,
+    ) -> Result<Subscription> {
+        let topic = self.topic(name, type_name, policies)?;
+        let reader =
+            self.subscriber.create_simple_datareader_no_key::<Vec<u8>, Raw>(&topic, Some(policies.clone()));
         let reader = reader.map_err(|error| ros2_error(name, error))?;
         Ok(Subscription { reader, last: HashMap::new() })
     }
+
+    fn topic(&self, name: &str, type_name: String, policies: &QosPolicies) -> Result<Topic> {
+        let topic = self.dds.create_topic(name.into(), type_name, policies, TopicKind::NoKey);
+        topic.map_err(|error| ros2_error(name, error))
+    }
+}
+
+/// DDS name of a message's type.
+fn message_type(name: &str, type_name: &str) -> Result<String> {
+    dds_type(type_name)
+        .ok_or_else(|| ros2_error(name, format!("`{type_name}` is not a message type (package/msg/Name)")))
 }
 
 /// What is published on a topic.
@@ -122,11 +141,12 @@ impl Publication {
     ///
     /// # Errors
     /// [`crate::Error::Ros2`] for a message that is not little-endian CDR, and where DDS fails.
-    pub fn send(&self, payload: Vec<u8>) -> Result<bool> {
+    pub fn send(&self, payload: impl Into<Bytes>) -> Result<bool> {
+        let payload = payload.into();
         if payload.get(..2) != Some(&LITTLE_ENDIAN[..2]) || payload.len() < ENCAPSULATION {
             return Err(ros2_error(&self.name, "the message is not little-endian CDR"));
         }
-        let body = Bytes::from(payload).slice(ENCAPSULATION..);
+        let body = payload.slice(ENCAPSULATION..);
         match self.writer.write(body, Some(Timestamp::now())) {
             Ok(()) => Ok(true),
             Err(WriteError::WouldBlock { .. }) => Ok(false),
@@ -167,7 +187,7 @@ impl Subscription {
     }
 
     /// Gives all messages that are there to `give`, and has `waker` woken at the next.
-    pub(super) fn drain(&mut self, waker: &Waker, give: &mut dyn FnMut(Vec<u8>)) -> Taken {
+    pub(super) fn drain(&mut self, waker: &Waker, give: &mut dyn FnMut(Origin, Vec<u8>)) -> Taken {
         let mut taken = Taken::default();
         // Asked for before the last look, so that nothing comes between.
         self.reader.set_waker(Some(waker.clone()));
@@ -175,8 +195,9 @@ impl Subscription {
         loop {
             match self.reader.try_take_one() {
                 Ok(Some(sample)) => {
-                    taken.lost += self.gap(sample.writer_guid, i64::from(sample.sequence_number));
-                    give(sample.into_value());
+                    let (writer, number) = (sample.writer_guid, i64::from(sample.sequence_number));
+                    taken.lost += self.gap(writer, number);
+                    give(Origin { writer: writer.to_bytes(), number }, sample.into_value());
                 }
                 Ok(None) => return taken,
                 Err(_) => taken.malformed += 1,

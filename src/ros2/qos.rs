@@ -39,6 +39,20 @@ impl Quality {
         !matches!(self, Self::Sensor)
     }
 
+    /// Whether those who come late are given what came before.
+    pub fn is_latched(self) -> bool {
+        matches!(self, Self::Latched { .. })
+    }
+
+    /// In words.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Sensor => "best effort and volatile",
+            Self::SensorReliable | Self::Stream { .. } => "reliable and volatile",
+            Self::Latched { .. } => "reliable and transient local",
+        }
+    }
+
     /// Of a reader.
     pub(super) fn of_reader(self) -> QosPolicies {
         self.builder().build()

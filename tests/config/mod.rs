@@ -45,6 +45,42 @@ fn keys_at_the_top_level_and_in_ros_shape_mean_the_same() {
 }
 
 #[test]
+fn a_file_for_several_nodes_gives_each_its_own_and_what_is_for_all() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("params.yaml");
+    let read = |text: &str, node: &str| {
+        std::fs::write(&path, text).unwrap();
+        Config::read_for(&path, node).map_err(|error| error.to_string())
+    };
+    let file = "
+/**: {ros__parameters: {tau: 0.4, map_size_m: 8.0, use_sim_time: true}}
+controller_server: {ros__parameters: {anything: 1}}
+limpid: {ros__parameters: {tau: 0.5}}
+/robot/eyes: {ros__parameters: {tau: 0.6}}
+";
+    for (node, tau) in
+        [("limpid", 0.5), ("/limpid", 0.5), ("/robot/limpid", 0.5), ("/robot/eyes", 0.6), ("ears", 0.4)]
+    {
+        let config = read(file, node).unwrap();
+        assert_eq!((config.tau, config.map_size_m, config.use_sim_time), (tau, 8.0, true), "{node}");
+    }
+    // Sections are laid over each other key by key.
+    let sensors = "
+/**: {ros__parameters: {sensors: [eye], eye: {kind: camera, depth_topic: /d, tau: 0.4}}}
+/**/limpid: {ros__parameters: {eye: {tau: 0.5}}}
+";
+    let config = read(sensors, "limpid").unwrap();
+    assert_eq!((config.sensors[0].parameters.tau, config.sensors[0].topic()), (0.5, "/d"));
+    // The only node's are taken whatever it is called; of several none is guessed.
+    assert_eq!(read("eyes: {ros__parameters: {tau: 0.4}}", "limpid").unwrap().tau, 0.4);
+    let two = "eyes: {ros__parameters: {tau: 0.4}}\nears: {ros__parameters: {tau: 0.5}}";
+    let error = read(two, "limpid").unwrap_err();
+    assert!(error.contains("`limpid`") && error.contains("`eyes`, `ears`"), "{error}");
+    let error = read("/**: {ros__parameters: {tau: 0.4}}\ntau: 0.5", "limpid").unwrap_err();
+    assert!(error.contains("`tau`") && error.contains("beside `/**`"), "{error}");
+}
+
+#[test]
 fn an_unknown_key_is_refused_with_the_nearest_and_its_place() {
     let error = Config::from_yaml("tau: 0.3\nresolution: 0.05\n").unwrap_err().to_string();
     assert!(error.contains("nearest key is `resolution_m`"), "{error}");

@@ -10,7 +10,7 @@ use limpid::ros2::Quality;
 
 use super::node::{config, listener};
 use super::peer::{
-    Costs, Diagnostics, Node, PATIENCE, domain, no_network, node_options, play_options, played,
+    Costs, Diagnostics, Node, PATIENCE, Peer, domain, no_network, node_options, play_options, played,
 };
 use crate::cli::ROOM;
 use crate::support::gpu::skipped;
@@ -57,33 +57,15 @@ fn all_counted(topics: &[(String, &str)], said: &Diagnostics) -> bool {
     topics.iter().all(|(name, _)| of(name) > 0)
 }
 
-#[test]
-fn messages_that_are_none_are_counted_and_end_nothing() {
-    if no_network() || skipped() {
-        return;
-    }
-    let environment = domain();
-    let peer = listener(&environment);
-    let node = Node::start(&environment, node_options(config()));
-    let camera = "/camera/camera/aligned_depth_to_color";
-    let sensors = [
-        (format!("{camera}/image_raw"), "sensor_msgs/msg/Image"),
-        (format!("{camera}/camera_info"), "sensor_msgs/msg/CameraInfo"),
-        ("/camera/camera/color/image_raw/compressed".into(), "sensor_msgs/msg/CompressedImage"),
-        ("/tf".into(), "tf2_msgs/msg/TFMessage"),
-        ("/tf_static".into(), "tf2_msgs/msg/TFMessage"),
-    ];
-    let publications: Vec<_> = sensors
-        .iter()
-        .map(|(name, kind)| {
-            let fixed = name.contains("static");
-            let quality = if fixed { Quality::Latched { depth: 1 } } else { Quality::Stream { depth: 200 } };
-            peer.participant.publish(name, kind, quality).unwrap()
-        })
-        .collect();
-    node.wait_for("reads /camera", 1);
+/// Sends a thousand messages that are none on each topic, and more until those are counted that a busy machine did not lose.
+fn send_nonsense(peer: &Peer, topics: &[(String, &str)]) {
+    let publish = |(name, kind): &(String, &str)| {
+        let fixed = name.contains("static");
+        let quality = if fixed { Quality::Latched { depth: 1 } } else { Quality::Stream { depth: 200 } };
+        peer.participant.publish(name, kind, quality).unwrap()
+    };
+    let publications: Vec<_> = topics.iter().map(publish).collect();
     let mut random = crate::support::random::Random(7);
-    // A thousand of each, and more until those are counted that a busy machine did not lose.
     let until = Instant::now() + PATIENCE;
     let (mut rounds, mut told) = (0, false);
     while rounds < 50 || !told {
@@ -101,13 +83,69 @@ fn messages_that_are_none_are_counted_and_end_nothing() {
         rounds += 1;
         while let Some((topic, payload)) = peer.next(Instant::now() + Duration::from_millis(10)) {
             told |=
-                topic == DIAGNOSTICS && all_counted(&sensors, &decode_cdr("diagnostics", &payload).unwrap());
+                topic == DIAGNOSTICS && all_counted(topics, &decode_cdr("diagnostics", &payload).unwrap());
         }
     }
-    drop(publications);
+}
+
+#[test]
+fn messages_that_are_none_are_counted_and_end_nothing() {
+    if no_network() || skipped() {
+        return;
+    }
+    let environment = domain();
+    let peer = listener(&environment);
+    let node = Node::start(&environment, node_options(config()));
+    let camera = "/camera/camera/aligned_depth_to_color";
+    send_nonsense(
+        &peer,
+        &[
+            (format!("{camera}/image_raw"), "sensor_msgs/msg/Image"),
+            (format!("{camera}/camera_info"), "sensor_msgs/msg/CameraInfo"),
+            ("/camera/camera/color/image_raw/compressed".into(), "sensor_msgs/msg/CompressedImage"),
+            ("/tf".into(), "tf2_msgs/msg/TFMessage"),
+            ("/tf_static".into(), "tf2_msgs/msg/TFMessage"),
+        ],
+    );
+    node.wait_for("reads /camera", 1);
     // What comes afterwards is used.
     played(&environment, ROOM, &play_options()).unwrap();
     peer.wait_for::<Costs>(RAW, |costs| costs.data.contains(&0));
+    node.end();
+}
+
+#[test]
+fn nonsense_of_every_other_type_is_counted_too() {
+    if no_network() || skipped() {
+        return;
+    }
+    let environment = domain();
+    let peer = listener(&environment);
+    let robot = "
+use_sim_time: true
+odometry_topic: /odom
+goal_topic: /goal
+sensors: [cloud, packets, flat, echoes, livox]
+cloud: {kind: lidar, topic: /cloud}
+packets: {kind: lidar, topic: /packets}
+flat: {kind: lidar, topic: /flat}
+echoes: {kind: lidar, topic: /echoes}
+livox: {kind: lidar, topic: /livox}
+";
+    let node = Node::start(&environment, node_options(Config::from_yaml(robot).unwrap()));
+    send_nonsense(
+        &peer,
+        &[
+            ("/cloud".into(), "sensor_msgs/msg/PointCloud2"),
+            ("/packets".into(), "velodyne_msgs/msg/VelodyneScan"),
+            ("/flat".into(), "sensor_msgs/msg/LaserScan"),
+            ("/echoes".into(), "sensor_msgs/msg/MultiEchoLaserScan"),
+            ("/livox".into(), "livox_ros_driver2/msg/CustomMsg"),
+            ("/odom".into(), "nav_msgs/msg/Odometry"),
+            ("/goal".into(), "geometry_msgs/msg/PoseStamped"),
+            ("/clock".into(), "rosgraph_msgs/msg/Clock"),
+        ],
+    );
     node.end();
 }
 

@@ -122,30 +122,25 @@ impl Layer {
 fn assert_all_maps_come(peer: &Peer, wanted: &BTreeMap<u64, Window>, resolution_m: f64) -> u64 {
     let (mut raw, mut layer, mut early, mut last) = (BTreeMap::new(), None::<Layer>, Vec::new(), 0);
     let until = Instant::now() + PATIENCE;
+    let stamp_of = |update: &Update| update.header.stamp.stamp_ns().unwrap();
     while raw.len() < wanted.len() || last < *wanted.keys().last().unwrap() {
         let (topic, payload) = peer.next(until).unwrap_or_else(|| panic!("{} of 30 maps came", raw.len()));
-        let stamp = match topic {
+        match topic {
             COSTMAP => {
                 let whole: Occupancy = decode_cdr("OccupancyGrid", &payload).unwrap();
-                let stamp = whole.header.stamp;
+                let stamp_ns = whole.header.stamp.stamp_ns().unwrap();
                 let layer = layer.insert(Layer(whole));
-                // Topics may overtake each other.
-                let later = early.drain(..).filter(|update: &Update| {
-                    update.header.stamp.stamp_ns().unwrap() > stamp.stamp_ns().unwrap()
-                });
-                later.fold(stamp, |_, update| {
-                    layer.take(&update);
-                    update.header.stamp
-                })
+                // Topics may overtake each other: what came before is laid over it, where it is of a later time.
+                early.retain(|update| stamp_of(update) > stamp_ns);
+                early.iter().for_each(|update| layer.take(update));
+                last = early.last().map_or(stamp_ns, stamp_of);
             }
             UPDATES => {
                 let update: Update = decode_cdr("update", &payload).unwrap();
-                let Some(layer) = &mut layer else {
-                    early.push(update);
-                    continue;
-                };
+                early.push(update.clone());
+                let Some(layer) = &mut layer else { continue };
                 layer.take(&update);
-                update.header.stamp
+                last = stamp_of(&update);
             }
             RAW => {
                 let costs: Costs = decode_cdr("Costmap", &payload).unwrap();
@@ -153,8 +148,7 @@ fn assert_all_maps_come(peer: &Peer, wanted: &BTreeMap<u64, Window>, resolution_
                 continue;
             }
             _ => continue,
-        };
-        last = stamp.stamp_ns().unwrap();
+        }
         layer.as_ref().unwrap().assert_holds(&wanted[&last], resolution_m);
     }
     for (stamp_ns, (origin, costs)) in wanted {

@@ -187,18 +187,27 @@ impl Node {
         Self { stop, thread: Some(thread), lines }
     }
 
+    /// How many lines hold `text` so far.
+    pub(super) fn count(&self, text: &str) -> usize {
+        self.lines.lock().unwrap().iter().filter(|line| line.contains(text)).count()
+    }
+
+    /// The first line that holds `text`.
+    #[cfg(feature = "foxglove")]
+    #[track_caller]
+    pub(super) fn said(&self, text: &str) -> String {
+        self.wait_for(text, 1);
+        self.lines.lock().unwrap().iter().find(|line| line.contains(text)).unwrap().clone()
+    }
+
     /// Waits until a line holds `text`, so many times in all.
     #[track_caller]
     pub(super) fn wait_for(&self, text: &str, times: usize) {
         let until = Instant::now() + PATIENCE;
-        let count = || self.lines.lock().unwrap().iter().filter(|line| line.contains(text)).count();
-        while count() < times {
-            assert!(Instant::now() < until, "`{text}` was not said: {:#?}", self.lines.lock().unwrap());
-            assert!(
-                !self.thread.as_ref().unwrap().is_finished(),
-                "it ended: {:#?}",
-                self.lines.lock().unwrap()
-            );
+        while self.count(text) < times {
+            let said = self.lines.lock().unwrap().clone();
+            assert!(Instant::now() < until, "`{text}` was not said: {said:#?}");
+            assert!(!self.thread.as_ref().unwrap().is_finished(), "it ended: {said:#?}");
             std::thread::sleep(Duration::from_millis(10));
         }
     }
@@ -227,7 +236,7 @@ pub(super) fn naming(node: &str) -> Naming {
 }
 
 pub(super) fn node_options(config: Config) -> NodeOptions {
-    NodeOptions { config, adapter: None, naming: naming("limpid"), context: None }
+    NodeOptions { config, adapter: None, naming: naming("limpid"), foxglove: None, context: None }
 }
 
 pub(super) fn play_options() -> PlayOptions {

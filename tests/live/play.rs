@@ -73,16 +73,37 @@ fn cdr_is_passed_on_byte_by_byte() {
 }
 
 #[test]
-fn other_recordings_become_messages_of_ros_2() {
+fn a_recording_of_the_realsense_sdk_becomes_what_a_node_understands() {
     let Some(bag) = data_dir("rgbd/librealsense-d435-bag") else { return };
     let bag = std::fs::read_dir(bag).unwrap().map(|entry| entry.unwrap().path());
     let bag =
         bag.into_iter().find(|path| path.extension().is_some_and(|extension| extension == "bag")).unwrap();
     let bag = messages(bag.to_str().unwrap(), &Config::default());
-    let depth =
-        bag.iter().find(|(name, _)| name.contains("Depth") && name.ends_with("image/data")).unwrap().1;
-    let depth: Image = decode_cdr("Image", &depth[0]).unwrap();
+    let depths = &bag["/camera/depth/image_raw"];
+    assert_eq!(depths.len(), bag["/camera/depth/camera_info"].len());
+    let depth: Image = decode_cdr("Image", &depths[0]).unwrap();
+    assert_eq!((depth.encoding.as_str(), depth.header.frame_id.is_empty()), ("16UC1", false));
     assert_eq!(depth.data.len(), depth.step as usize * depth.height as usize);
+}
+
+#[test]
+fn rosbag2_folders_and_databases_are_played_as_the_file_in_them() {
+    for name in ["field/rosbag2-mcap-folder/bag", "field/rosbag2-db3-folder/bag"] {
+        let Some(folder) = data_dir(name) else { return };
+        let folder_messages = messages(folder.to_str().unwrap(), &Config::default());
+        let files = std::fs::read_dir(&folder).unwrap().map(|entry| entry.unwrap().path());
+        let files = files.filter(|path| path.extension().is_some_and(|kind| kind != "yaml"));
+        let mut of_files: BTreeMap<String, Vec<Vec<u8>>> = BTreeMap::new();
+        let mut files: Vec<_> = files.collect();
+        files.sort();
+        for file in files {
+            for (topic, more) in messages(file.to_str().unwrap(), &Config::default()) {
+                of_files.entry(topic).or_default().extend(more);
+            }
+        }
+        assert!(folder_messages.values().any(|all| all.len() > 5), "{name}");
+        assert!(folder_messages == of_files, "{name}");
+    }
 }
 
 #[test]

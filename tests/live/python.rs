@@ -10,7 +10,7 @@ use crate::support::gpu::skipped;
 use crate::support::say;
 
 /// A Python that has the package `cyclonedds`, by `LIMPID_PYTHON` or `python3`; `None`, said aloud, where there is none.
-fn python() -> Option<PathBuf> {
+pub(super) fn python() -> Option<PathBuf> {
     let python = std::env::var_os("LIMPID_PYTHON").map_or_else(|| PathBuf::from("python3"), PathBuf::from);
     let has = Command::new(&python).args(["-c", "import cyclonedds"]).stderr(Stdio::null()).status();
     if has.is_ok_and(|status| status.success()) {

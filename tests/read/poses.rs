@@ -246,6 +246,22 @@ fn the_buffer_tells_its_errors_apart() {
 }
 
 #[test]
+fn a_loop_counts_only_while_it_is_told() {
+    let mut buffer = TransformBuffer::new();
+    buffer.insert("map", "base", 100, shift(1.0));
+    buffer.insert("base", "camera", 100, shift(2.0));
+    buffer.insert("camera", "map", 100, shift(3.0));
+    let at = |buffer: &TransformBuffer, stamp_ns| buffer.lookup("map", "camera", stamp_ns, 10);
+    assert_eq!(at(&buffer, 100), Err(TransformError::Loop { frame: "camera".into() }));
+    assert!(buffer.newest_ns("camera") == Some(100));
+    // One publisher goes on, the one that closed the loop does not.
+    buffer.insert("map", "base", 200, shift(1.0));
+    buffer.insert("base", "camera", 200, shift(2.0));
+    assert_eq!(at(&buffer, 200), Ok(shift(3.0)));
+    assert_eq!(at(&buffer, 105), Err(TransformError::Loop { frame: "camera".into() }));
+}
+
+#[test]
 fn the_buffer_is_bounded_and_fixed_transforms_stay() {
     let mut buffer = TransformBuffer::new();
     for second in 0..100_u32 {

@@ -51,6 +51,11 @@ impl LiveSource {
         Ok(Self { source, topics, patience_ns: duration_ns(config.wait_s) })
     }
 
+    /// Waits as long as a configuration says.
+    pub(crate) fn set_patience(&mut self, config: &Config) {
+        self.patience_ns = duration_ns(config.wait_s);
+    }
+
     /// The topics that are read.
     pub(crate) fn topics(&self) -> &[LiveTopic] {
         &self.topics

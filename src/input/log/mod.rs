@@ -43,6 +43,8 @@ pub use crate::input::log::reader::LogReader;
 pub(crate) use crate::input::log::reading::Log;
 pub(crate) use crate::input::log::records::{MAX_MESSAGE_BYTES, Record, Records, too_large};
 pub use crate::input::log::scans::LogScans;
+#[cfg(feature = "ros2")]
+pub(crate) use crate::input::log::sdk::is_image_of_sdk;
 pub(crate) use crate::input::log::source::LogSource;
 #[cfg(feature = "ros2")]
 pub(crate) use crate::input::log::splits::{Splits, Survey};

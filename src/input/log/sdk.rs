@@ -16,6 +16,12 @@ struct Stream {
     stream_from_reference: Option<(String, Rigid)>,
 }
 
+/// Whether a topic is an image of the RealSense SDK's own layout.
+#[cfg(feature = "ros2")]
+pub(crate) fn is_image_of_sdk(topic: &str) -> bool {
+    Stream::of(topic).is_some()
+}
+
 impl Stream {
     fn of(image_topic: &str) -> Option<Self> {
         let prefix =

@@ -9,6 +9,7 @@ use std::path::Path;
 
 use crate::base::Result;
 use crate::config::Config;
+use crate::input::log::is_image_of_sdk;
 use crate::input::open::log_files;
 use crate::input::playback::log::LogMessages;
 use crate::input::playback::made::MadeMessages;
@@ -71,15 +72,21 @@ enum From {
 pub struct Playback(From);
 
 impl Playback {
-    /// Opens any recording that [`open_source`] opens; a log also where it holds no sensor that limpid reads.
+    /// Opens any recording that [`open_source`] opens; a log also where it holds no sensor that limpid reads. One of the RealSense
+    /// SDK's layout, which no ROS node knows, is played as images, calibrations and transforms made of it.
     ///
     /// # Errors
     /// What [`open_source`] returns.
     pub fn open(path: &Path, config: &Config) -> Result<Self> {
-        Ok(Self(match log_files(path, config)? {
-            Some(files) => From::Log(Box::new(LogMessages::open(files)?)),
-            None => From::Made(Box::new(MadeMessages::new(open_source(path, config)?))),
-        }))
+        let made = || -> Result<Self> {
+            Ok(Self(From::Made(Box::new(MadeMessages::new(open_source(path, config)?)))))
+        };
+        let Some(files) = log_files(path, config)? else { return made() };
+        let log = LogMessages::open(files)?;
+        if log.topics.iter().any(|topic| is_image_of_sdk(&topic.name)) {
+            return made();
+        }
+        Ok(Self(From::Log(Box::new(log))))
     }
 
     /// The topics.

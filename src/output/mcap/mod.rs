@@ -2,30 +2,17 @@
 
 use std::path::{Path, PathBuf};
 
-use self::camera::CameraTopics;
 use self::diagnostics::Diagnostics;
-use crate::base::{Error, Result, Rigid};
+use crate::base::{Error, Result};
 use crate::config::{Config, SensorInfo};
-use crate::map::{Seen, Update};
+use crate::map::Update;
 use crate::message::RosMessage;
-use crate::message::ros2::{Header, TFMessage, TransformStamped};
 use crate::output::ros_file::RosFile;
-use crate::output::{End, Sink, StagedFile, abandon, encode_error, one_of_several};
-use crate::sensor::{Observation, SensorData};
+use crate::output::topics::{TopicSink, Topics, transforms};
+use crate::output::{End, Sink, StagedFile, abandon, encode_error};
+use crate::sensor::Observation;
 
-mod camera;
 mod diagnostics;
-mod lidar;
-mod map;
-
-pub use map::occupancy_of_cost;
-#[cfg(feature = "ros2")]
-pub(crate) use map::{costmap, occupancy_grid};
-
-/// Frame of images whose recording names none.
-const NAMELESS_CAMERA_FRAME: &str = "camera_optical_frame";
-/// Frame of scans whose recording names none.
-const NAMELESS_LIDAR_FRAME: &str = "lidar";
 
 /// Writes what updates hold:
 ///
@@ -60,7 +47,7 @@ const NAMELESS_LIDAR_FRAME: &str = "lidar";
 pub struct McapSink {
     out: Out,
     base_frame: String,
-    sensors: Vec<SensorTopics>,
+    topics: Topics,
     diagnostics: Diagnostics,
 }
 
@@ -71,52 +58,26 @@ struct Out {
 }
 
 impl Out {
-    fn put<M: RosMessage>(&mut self, topic: &str, stamp_ns: u64, message: &M) -> Result<()> {
+    fn write<M: RosMessage>(&mut self, topic: &str, stamp_ns: u64, message: &M) -> Result<()> {
         self.file.write(topic, stamp_ns, message)
     }
 
-    fn error(&self, reason: impl ToString) -> Error {
+    fn fault(&self, reason: impl ToString) -> Error {
         encode_error(&self.path, reason)
     }
 }
 
-/// Names of a sensor's topics and frames.
-struct SensorTopics {
-    prefix: String,
-    camera: CameraTopics,
-    camera_frame: String,
-    lidar_frame: String,
-    nameless_camera_frame: String,
-    nameless_lidar_frame: String,
-}
-
-impl SensorTopics {
-    fn of(sensors: &[SensorInfo], sensor: &SensorInfo) -> Self {
-        let (name, config) = (&sensor.name, &sensor.config);
-        let (prefix, nameless_camera_frame, nameless_lidar_frame) = if one_of_several(sensors, sensor) {
-            (format!("/limpid/{name}"), format!("{name}_optical_frame"), name.clone())
-        } else {
-            ("/limpid".into(), NAMELESS_CAMERA_FRAME.into(), NAMELESS_LIDAR_FRAME.into())
-        };
-        Self {
-            camera: CameraTopics::new(&prefix, config),
-            prefix,
-            camera_frame: config.camera_frame.clone(),
-            lidar_frame: config.lidar_frame.clone(),
-            nameless_camera_frame,
-            nameless_lidar_frame,
-        }
+impl TopicSink for Out {
+    fn wants(&self, _: &str) -> bool {
+        true
     }
 
-    /// Frame of what was observed.
-    fn frame(&self, observation: &Observation) -> String {
-        let (known, nameless) = match &observation.data {
-            SensorData::Frame(frame) => {
-                ([&frame.depth.frame_id, &self.camera_frame], &self.nameless_camera_frame)
-            }
-            SensorData::Scan(scan) => ([&self.lidar_frame, &scan.frame_id], &self.nameless_lidar_frame),
-        };
-        known.into_iter().find(|name| !name.is_empty()).unwrap_or(nameless).clone()
+    fn put<M: RosMessage>(&mut self, topic: &str, stamp_ns: u64, message: &M) -> Result<()> {
+        self.write(&format!("/limpid/{topic}"), stamp_ns, message)
+    }
+
+    fn error(&self, reason: String) -> Error {
+        self.fault(reason)
     }
 }
 
@@ -130,7 +91,7 @@ impl McapSink {
         Ok(Self {
             out: Out { path: path.into(), file },
             base_frame: config.base_frame.clone(),
-            sensors: sensors.iter().map(|sensor| SensorTopics::of(sensors, sensor)).collect(),
+            topics: Topics::of(sensors),
             diagnostics: Diagnostics::new(sensors),
         })
     }
@@ -143,48 +104,21 @@ impl McapSink {
     ) -> Result<Option<(usize, &'a Observation)>> {
         match (update.sensor, observation) {
             (None, _) => Ok(None),
-            (Some(sensor), _) if sensor >= self.sensors.len() => {
-                let known = self.sensors.len();
-                Err(self.out.error(format!("a result of sensor {sensor}, and there are {known} sensors")))
+            (Some(sensor), _) if sensor >= self.topics.sensors() => {
+                let known = self.topics.sensors();
+                Err(self.out.fault(format!("a result of sensor {sensor}, and there are {known} sensors")))
             }
             (Some(sensor), None) => {
-                Err(self.out.error(format!("a result of sensor {sensor} without its observation")))
+                Err(self.out.fault(format!("a result of sensor {sensor} without its observation")))
             }
             (Some(sensor), Some(observation)) => Ok(Some((sensor, observation))),
         }
     }
 
     fn write_transforms(&mut self, stamp_ns: u64, frame: &str, update: &Update) -> Result<()> {
-        let (map_frame, base_frame) = (update.map_frame.as_str(), self.base_frame.as_str());
-        if map_frame == frame {
-            return Ok(());
-        }
-        let edge = |parent: &str, child: &str, pose: Rigid| TransformStamped {
-            header: Header::new(stamp_ns, parent),
-            child_frame_id: child.to_owned(),
-            transform: pose.into(),
-        };
-        let mut transforms = vec![edge(map_frame, base_frame, update.map_from_base)];
-        // A robot whose base is the sensor itself has one edge only.
-        if frame != base_frame {
-            transforms.push(edge(base_frame, frame, update.base_from_sensor));
-        }
-        self.out.put("/tf", stamp_ns, &TFMessage { transforms })
-    }
-
-    fn write_seen(&mut self, sensor: usize, seen: &Seen, observation: &Observation) -> Result<()> {
-        let topics = &mut self.sensors[sensor];
-        let frame = topics.frame(observation);
-        match (seen, &observation.data) {
-            (Seen::Camera(camera), SensorData::Frame(of)) => match &camera.images {
-                Some(images) => topics.camera.write(&mut self.out, &frame, &of.depth, images),
-                None => Ok(()),
-            },
-            (Seen::Lidar(lidar), SensorData::Scan(scan)) => match &lidar.glass {
-                Some(labelled) => lidar::write(&mut self.out, &topics.prefix, &frame, scan, labelled),
-                None => Ok(()),
-            },
-            _ => Err(self.out.error("a camera's result of a scan, or a lidar's of a frame")),
+        match transforms(stamp_ns, &self.base_frame, frame, update) {
+            Some(transforms) => self.out.write("/tf", stamp_ns, &transforms),
+            None => Ok(()),
         }
     }
 }
@@ -201,15 +135,15 @@ impl Sink for McapSink {
     fn write(&mut self, update: &Update, observation: Option<&Observation>) -> Result<()> {
         let observed = self.observed(update, observation)?;
         if let Some(map) = &update.map {
-            map::write(&mut self.out, update.stamp_ns, &update.map_frame, map)?;
+            Topics::write_map(&mut self.out, update.stamp_ns, &update.map_frame, map)?;
         }
-        let frame = observed.map(|(sensor, observation)| self.sensors[sensor].frame(observation));
+        let frame = observed.and_then(|(sensor, observation)| self.topics.frame(sensor, observation));
         let diagnostics = self.diagnostics.of(update, frame.as_deref());
-        self.out.put("/limpid/diagnostics", update.stamp_ns, &diagnostics)?;
+        self.out.write("/limpid/diagnostics", update.stamp_ns, &diagnostics)?;
         if let (Some((sensor, observation)), Some(frame)) = (observed, frame) {
             self.write_transforms(observation.stamp_ns(), &frame, update)?;
             if let Some(seen) = &update.seen {
-                self.write_seen(sensor, seen, observation)?;
+                self.topics.write_seen(&mut self.out, sensor, seen, observation)?;
             }
         }
         self.out.file.end_result()

@@ -34,6 +34,25 @@ pub(super) fn draw(update: &Update, map: &MapUpdate) -> Canvas {
     canvas
 }
 
+/// A costmap without the robot.
+///
+/// # Errors
+/// [`crate::Error::File`]; [`crate::Error::Encode`] where the costs do not fill the grid.
+#[cfg(feature = "ros2")]
+pub(crate) fn save_costs(path: &std::path::Path, grid: &Grid, costs: &[u8]) -> crate::Result<()> {
+    if costs.is_empty() || costs.len() != grid.width as usize * grid.height as usize {
+        let reason = format!("{} costs do not fill {}x{} cells", costs.len(), grid.width, grid.height);
+        return Err(crate::output::encode_error(path, reason));
+    }
+    let scale = (TARGET_SIDE / grid.width.max(grid.height)).max(1);
+    let (width, height) = (grid.width * scale, grid.height * scale);
+    let mut canvas = with_panel(width, height, LEGEND_WIDTH);
+    draw_cells(&mut canvas, grid, costs, i64::from(scale));
+    draw_scale_bar(&mut canvas, i64::from(height), f64::from(scale) / grid.resolution_m);
+    draw_legend(&mut canvas, i64::from(height) + MARGIN);
+    canvas.save(path)
+}
+
 fn draw_cells(canvas: &mut Canvas, grid: &Grid, costmap: &[u8], scale: i64) {
     let rows = costmap.chunks_exact(grid.width as usize).rev();
     for (y, row) in (0..).zip(rows) {

@@ -17,6 +17,8 @@ mod reliability;
 
 use canvas::{Canvas, Rgb, TEXT_HEIGHT};
 pub(crate) use costmap::color_of_cost;
+#[cfg(feature = "ros2")]
+pub(crate) use costmap::save_costs;
 
 /// Ground of the legends.
 const PANEL: Rgb = [24, 24, 26];

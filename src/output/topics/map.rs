@@ -2,43 +2,52 @@
 
 use serde_bytes::Bytes;
 
-use super::Out;
+use super::{Named, TopicSink};
 use crate::base::Result;
 use crate::map::{CellClass, Grid, MapUpdate, Verdict};
+use crate::message::RosMessage;
 use crate::message::ros2::{Header, Pose, Quaternion, Vector3};
 use crate::message::written::{
     Costmap, CostmapMetaData, FoxgloveGrid, MapMetaData, OccupancyGrid, PackedElementField, Vector2,
 };
-use crate::output::{grid_mismatch, narrow};
+use crate::output::narrow;
 
 /// Name of the costmap layer.
 const LAYER: &str = "limpid";
 
-pub(super) fn write(out: &mut Out, stamp_ns: u64, map_frame: &str, map: &MapUpdate) -> Result<()> {
-    if let Some(reason) = grid_mismatch(map) {
-        return Err(out.error(reason));
-    }
-    let header = Header::new(stamp_ns, map_frame);
-    write_costmap(out, stamp_ns, &header, map)?;
-    if !map.classes.is_empty() {
-        let classes = map.classes.iter().map(|&class| occupancy_of_class(class).cast_unsigned());
-        let classes: Vec<u8> = classes.collect();
-        let message = occupancy_grid(&header, &map.grid, Bytes::new(&classes));
-        out.put("/limpid/classes", stamp_ns, &message)?;
-    }
-    if map.verdicts.is_empty() {
-        return Ok(());
-    }
-    let cells: Vec<u8> = map.verdicts.iter().flat_map(bytes_of_verdict).collect();
-    out.put("/limpid/verdicts", stamp_ns, &verdict_grid(&header, &map.grid, Bytes::new(&cells)))
-}
+pub(super) const COSTMAP: &str = "costmap";
+pub(super) const RAW: &str = "costmap_raw";
+pub(super) const CLASSES: &str = "classes";
+pub(super) const VERDICTS: &str = "verdicts";
 
-/// Nav2 costs as an `OccupancyGrid` and as a `Costmap`.
-fn write_costmap(out: &mut Out, stamp_ns: u64, header: &Header, map: &MapUpdate) -> Result<()> {
-    let occupancy: Vec<u8> = map.costmap.iter().map(|&c| occupancy_of_cost(c).cast_unsigned()).collect();
-    let message = occupancy_grid(header, &map.grid, Bytes::new(&occupancy));
-    out.put("/limpid/costmap", stamp_ns, &message)?;
-    out.put("/limpid/costmap_raw", stamp_ns, &costmap(header, &map.grid, Bytes::new(&map.costmap)))
+/// Topics of the map.
+pub(super) const TOPICS: [Named; 4] = [
+    (COSTMAP, OccupancyGrid::TYPE),
+    (RAW, Costmap::TYPE),
+    (CLASSES, OccupancyGrid::TYPE),
+    (VERDICTS, FoxgloveGrid::TYPE),
+];
+
+/// Writes a map whose parts fit each other.
+pub(super) fn write(out: &mut impl TopicSink, stamp_ns: u64, map_frame: &str, map: &MapUpdate) -> Result<()> {
+    let header = &Header::new(stamp_ns, map_frame);
+    let bytes = |values: &mut dyn Iterator<Item = i8>| values.map(i8::cast_unsigned).collect::<Vec<u8>>();
+    if out.wants(COSTMAP) {
+        let occupancy = bytes(&mut map.costmap.iter().map(|&cost| occupancy_of_cost(cost)));
+        out.put(COSTMAP, stamp_ns, &occupancy_grid(header, &map.grid, Bytes::new(&occupancy)))?;
+    }
+    if out.wants(RAW) {
+        out.put(RAW, stamp_ns, &costmap(header, &map.grid, Bytes::new(&map.costmap)))?;
+    }
+    if !map.classes.is_empty() && out.wants(CLASSES) {
+        let classes = bytes(&mut map.classes.iter().map(|&class| occupancy_of_class(class)));
+        out.put(CLASSES, stamp_ns, &occupancy_grid(header, &map.grid, Bytes::new(&classes)))?;
+    }
+    if !map.verdicts.is_empty() && out.wants(VERDICTS) {
+        let cells: Vec<u8> = map.verdicts.iter().flat_map(bytes_of_verdict).collect();
+        out.put(VERDICTS, stamp_ns, &verdict_grid(header, &map.grid, Bytes::new(&cells)))?;
+    }
+    Ok(())
 }
 
 /// A grid of Nav2 costs.

@@ -1,13 +1,29 @@
 //! What came of a camera's frame as ROS 2 messages.
 
-use super::Out;
+use super::{Named, TopicSink};
 use crate::base::Result;
 use crate::config::Config;
 use crate::map::FrameImages;
-use crate::message::ros2::{CameraInfo, Header, Image};
+use crate::message::RosMessage;
+use crate::message::ros2::{CameraInfo, Header, Image, PointCloud2};
 use crate::output::cloud::TrustedPoints;
 use crate::output::narrow;
 use crate::sensor::{DepthImage, DepthSamples};
+
+const RELIABILITY: &str = "reliability";
+const RELIABILITY_FLOAT: &str = "reliability_float";
+const FILTERED: &str = "depth_filtered/image";
+const FILTERED_INFO: &str = "depth_filtered/camera_info";
+const POINTS: &str = "points_trusted";
+
+/// Topics of a camera; the cloud is the last, as not every camera has one.
+pub(super) const TOPICS: [Named; 5] = [
+    (RELIABILITY, Image::TYPE),
+    (RELIABILITY_FLOAT, Image::TYPE),
+    (FILTERED, Image::TYPE),
+    (FILTERED_INFO, CameraInfo::TYPE),
+    (POINTS, PointCloud2::TYPE),
+];
 
 /// How the images of one camera are written.
 pub(super) struct CameraTopics {
@@ -28,36 +44,50 @@ impl CameraTopics {
         }
     }
 
+    /// Whether its trusted points are told.
+    pub(super) fn has_cloud(&self) -> bool {
+        self.cloud_stride > 0
+    }
+
     pub(super) fn write(
         &mut self,
-        out: &mut Out,
+        out: &mut impl TopicSink,
         frame: &str,
         depth: &DepthImage,
         images: &FrameImages,
     ) -> Result<()> {
-        check_sizes(out, depth, images)?;
-        let header = Header::new(depth.stamp_ns, frame);
-        let topic = |name: &str| format!("{}/{name}", self.prefix);
-        let mut put = |name: &str, size: (u32, u32), encoding: &str, data: Vec<u8>| {
-            out.put(&topic(name), depth.stamp_ns, &image(&header, size, encoding, data))
-        };
-        let rounded: Vec<u8> = images.reliability.iter().map(|&r| byte_of_unit(r)).collect();
-        let size = (images.width, images.height);
-        put("reliability", size, "mono8", rounded)?;
-        let floats = bytemuck::cast_slice(&images.reliability).to_vec();
-        put("reliability_float", size, "32FC1", floats)?;
-
-        let (encoding, filtered) = filtered_depth(&depth.samples, &images.reliability, self.tau);
-        let size = (depth.camera.width, depth.camera.height);
-        put("depth_filtered/image", size, encoding, filtered)?;
-        let calibration = CameraInfo::new(header.clone(), &depth.camera);
-        out.put(&topic("depth_filtered/camera_info"), depth.stamp_ns, &calibration)?;
-        if self.cloud_stride == 0 {
+        let prefix = self.prefix.clone();
+        let topic = |name: &str| format!("{prefix}{name}");
+        if !TOPICS.iter().any(|(name, _)| out.wants(&topic(name))) {
             return Ok(());
         }
-        let which = (self.tau, self.cloud_stride);
-        let cloud = self.points.of(images, &depth.camera, header, which);
-        out.put(&topic("points_trusted"), depth.stamp_ns, &cloud)
+        if let Some(reason) = size_mismatch(depth, images) {
+            return Err(out.error(reason));
+        }
+        let (stamp_ns, header) = (depth.stamp_ns, Header::new(depth.stamp_ns, frame));
+        let size = (images.width, images.height);
+        if out.wants(&topic(RELIABILITY)) {
+            let rounded = images.reliability.iter().map(|&r| byte_of_unit(r)).collect();
+            out.put(&topic(RELIABILITY), stamp_ns, &image(&header, size, "mono8", rounded))?;
+        }
+        if out.wants(&topic(RELIABILITY_FLOAT)) {
+            let floats = bytemuck::cast_slice(&images.reliability).to_vec();
+            out.put(&topic(RELIABILITY_FLOAT), stamp_ns, &image(&header, size, "32FC1", floats))?;
+        }
+        if out.wants(&topic(FILTERED)) {
+            let (encoding, filtered) = filtered_depth(&depth.samples, &images.reliability, self.tau);
+            out.put(&topic(FILTERED), stamp_ns, &image(&header, size, encoding, filtered))?;
+        }
+        if out.wants(&topic(FILTERED_INFO)) {
+            let calibration = CameraInfo::new(header.clone(), &depth.camera);
+            out.put(&topic(FILTERED_INFO), stamp_ns, &calibration)?;
+        }
+        if self.has_cloud() && out.wants(&topic(POINTS)) {
+            let which = (self.tau, self.cloud_stride);
+            let cloud = self.points.of(images, &depth.camera, header, which);
+            out.put(&topic(POINTS), stamp_ns, &cloud)?;
+        }
+        Ok(())
     }
 }
 
@@ -73,14 +103,15 @@ fn image(header: &Header, (width, height): (u32, u32), encoding: &str, data: Vec
     }
 }
 
-fn check_sizes(out: &Out, depth: &DepthImage, images: &FrameImages) -> Result<()> {
+/// How a depth image and what came of it disagree, if they do.
+fn size_mismatch(depth: &DepthImage, images: &FrameImages) -> Option<String> {
     let pixels = depth.camera.width as usize * depth.camera.height as usize;
     let same_size = (images.width, images.height) == (depth.camera.width, depth.camera.height);
     let lengths = [images.reliability.len(), images.depth_m.len(), depth.samples.len()];
     if same_size && lengths == [pixels; 3] {
-        return Ok(());
+        return None;
     }
-    let reason = format!(
+    Some(format!(
         "{} samples, {} depths and {} reliabilities ({}x{}) do not fit a {}x{} depth image",
         depth.samples.len(),
         images.depth_m.len(),
@@ -89,8 +120,7 @@ fn check_sizes(out: &Out, depth: &DepthImage, images: &FrameImages) -> Result<()
         images.height,
         depth.camera.width,
         depth.camera.height
-    );
-    Err(out.error(reason))
+    ))
 }
 
 fn bytes_per_pixel(encoding: &str) -> u32 {

@@ -2,11 +2,12 @@
 
 use glam::{DMat3, DQuat, DVec3};
 
-use super::Out;
+use super::{Named, TopicSink};
 use crate::base::Result;
 use crate::map::Pane;
 use crate::map::clean::cleaned;
 use crate::map::glass::{LabelledScan, PointClass};
+use crate::message::RosMessage;
 use crate::message::marker::{Color, Marker, MarkerArray};
 use crate::message::ros2::{Header, PointCloud2, Pose};
 use crate::output::cloud::{FLOAT32, cloud};
@@ -33,9 +34,17 @@ const FIELDS: [(&str, u8, u32); 8] = [
 const SHOWN_THICKNESS_M: f64 = 0.02;
 const SHOWN_COLOR: Color = Color { r: 0.2, g: 0.8, b: 0.9, a: 0.4 };
 
+const POINTS: &str = "glass/points";
+const CLEANED: &str = "glass/cleaned";
+const PANES: &str = "glass/panes";
+
+/// Topics of a lidar whose scans are searched for glass.
+pub(super) const TOPICS: [Named; 3] =
+    [(POINTS, PointCloud2::TYPE), (CLEANED, PointCloud2::TYPE), (PANES, MarkerArray::TYPE)];
+
 /// Writes what a scan's labels say, in the lidar's frame; the topics' names begin with `prefix`.
 pub(super) fn write(
-    out: &mut Out,
+    out: &mut impl TopicSink,
     prefix: &str,
     frame: &str,
     scan: &Scan,
@@ -43,9 +52,17 @@ pub(super) fn write(
 ) -> Result<()> {
     let stamp_ns = scan.stamp_ns;
     let header = || Header::new(stamp_ns, frame);
-    out.put(&format!("{prefix}/glass/points"), stamp_ns, &labelled_cloud(header(), scan, labelled))?;
-    out.put(&format!("{prefix}/glass/cleaned"), stamp_ns, &cleaned_cloud(header(), scan, labelled))?;
-    out.put(&format!("{prefix}/glass/panes"), stamp_ns, &pane_markers(&header(), &labelled.panes))
+    let [points, cleaned, panes] = [POINTS, CLEANED, PANES].map(|name| format!("{prefix}{name}"));
+    if out.wants(&points) {
+        out.put(&points, stamp_ns, &labelled_cloud(header(), scan, labelled))?;
+    }
+    if out.wants(&cleaned) {
+        out.put(&cleaned, stamp_ns, &cleaned_cloud(header(), scan, labelled))?;
+    }
+    if out.wants(&panes) {
+        out.put(&panes, stamp_ns, &pane_markers(&header(), &labelled.panes))?;
+    }
+    Ok(())
 }
 
 fn push(data: &mut Vec<u8>, place_m: [f32; 3], point: &Point, class: PointClass, pane_id: u32) {
