@@ -175,18 +175,9 @@ mod tests {
             // No model is stated unless it is.
             assert_eq!(of.kind == 0, of.name == "velodyne_model", "{}", of.name);
         }
-        let read_only = describe(&config, &["tau".into(), "wait_s".into()]).map_to(|of| of.read_only);
+        let asked = describe(&config, &["tau".into(), "wait_s".into()]);
+        let read_only: Vec<bool> = asked.iter().map(|of| of.read_only).collect();
         assert_eq!(read_only, [true, false]);
-    }
-
-    trait MapTo<T> {
-        fn map_to<U>(self, to: impl Fn(T) -> U) -> Vec<U>;
-    }
-
-    impl<T> MapTo<T> for Vec<T> {
-        fn map_to<U>(self, to: impl Fn(T) -> U) -> Vec<U> {
-            self.into_iter().map(to).collect()
-        }
     }
 
     #[test]

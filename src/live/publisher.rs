@@ -46,6 +46,9 @@ const LOG: Quality = Quality::Latched { depth: 100 };
 const UNKNOWN: u8 = 255;
 const INSCRIBED: u8 = 253;
 
+/// Longest wait for a full map to arrive before an update of it is sent.
+const OVERTAKEN: Duration = Duration::from_millis(20);
+
 /// How long the end waits for those who fetch the last map.
 const LINGER: Duration = Duration::from_millis(300);
 
@@ -215,7 +218,10 @@ impl<'a> Publisher<'a> {
         let header = Header::new(*stamp_ns, frame);
         match self.sheet.turn(frame, &map.grid, &occupancy) {
             Page::Full { grid, data } => {
-                self.outputs.send(COSTMAP, MAP, &occupancy_grid(&header, &grid, Bytes::new(&data)))
+                self.outputs.send(COSTMAP, MAP, &occupancy_grid(&header, &grid, Bytes::new(&data)))?;
+                // An update of this grid would be laid over the one of before where it came first.
+                self.outputs.flush(COSTMAP, OVERTAKEN);
+                Ok(())
             }
             Page::Update { x, y, width, height, data } => {
                 let [x, y] = [x, y].map(|at| i32::try_from(at).unwrap_or(i32::MAX));

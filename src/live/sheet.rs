@@ -64,18 +64,21 @@ pub(super) struct Sheet {
     margin_m: f64,
     /// What was sent in full last: the frame, and the grid.
     sent: Option<(String, Grid)>,
+    /// Whether the next page is a full one all the same.
+    whole: bool,
     /// Where the window was in it lately, the newest last.
     windows: VecDeque<Rectangle>,
 }
 
 impl Sheet {
     pub(super) fn new(margin_m: f64) -> Self {
-        Self { margin_m, sent: None, windows: VecDeque::new() }
+        Self { margin_m, ..Self::default() }
     }
 
-    /// The next page is a full one: somebody came who has missed updates.
+    /// The next page is a full one: somebody came who has missed updates. Its grid stays where the window is still inside, so
+    /// that updates which overtake it fit those who have the grid of before.
     pub(super) fn begin_anew(&mut self) {
-        self.sent = None;
+        self.whole = true;
     }
 
     /// What to send of a window with `occupancy` as bytes, row by row.
@@ -89,6 +92,10 @@ impl Sheet {
             if self.windows.len() > LATELY {
                 self.windows.pop_front();
             }
+            if std::mem::take(&mut self.whole) {
+                let grid = *grid;
+                return Page::Full { grid, data: framed(grid.width, grid.height, now, occupancy) };
+            }
             let inside = Rectangle { x: now.x - all.x, y: now.y - all.y, ..now };
             let data = framed(all.width, all.height, inside, occupancy);
             return Page::Update { x: all.x, y: all.y, width: all.width, height: all.height, data };
@@ -97,6 +104,7 @@ impl Sheet {
         let margin = (grid.width - window.width) / 2;
         let inside = Rectangle { x: margin, y: margin, width: window.width, height: window.height };
         self.sent = Some((frame.into(), grid));
+        self.whole = false;
         self.windows = VecDeque::from([inside]);
         Page::Full { grid, data: framed(grid.width, grid.height, inside, occupancy) }
     }
@@ -235,7 +243,11 @@ mod tests {
         assert!(turned(&mut sheet, "odom", window(0.0, 0.0)));
         assert!(turned(&mut sheet, "odom", window(0.2, 0.0)), "off the lattice");
         assert!(turned(&mut sheet, "odom", Grid { resolution_m: 0.25, ..window(0.0, 0.0) }));
+        assert!(!turned(&mut sheet, "odom", Grid { resolution_m: 0.25, ..window(0.25, 0.0) }));
         sheet.begin_anew();
-        assert!(turned(&mut sheet, "odom", Grid { resolution_m: 0.25, ..window(0.0, 0.0) }));
+        let page = sheet.turn("odom", &Grid { resolution_m: 0.25, ..window(0.25, 0.0) }, &[0; 6]);
+        let Page::Full { grid, .. } = page else { panic!("{page:?}") };
+        assert_eq!(grid.origin_x_m, -1.0, "the grid stays, so that updates fit who has it already");
+        assert!(!turned(&mut sheet, "odom", Grid { resolution_m: 0.25, ..window(0.25, 0.0) }));
     }
 }

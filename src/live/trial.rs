@@ -32,8 +32,8 @@ const JUMP_NS: u64 = 1_000_000_000;
 
 const MANY: Quality = Quality::Stream { depth: 1000 };
 
-/// Maps at the start of the second round that are left out of the figures: the map begins anew there.
-const WARM_UP: usize = 3;
+/// Longest wait for the passes to be built.
+const LONGEST_BUILD: Duration = Duration::from_secs(60);
 
 /// How long the trial waits for maps after the recording has ended.
 const PATIENCE: Duration = Duration::from_secs(20);
@@ -71,8 +71,11 @@ impl Trial {
         let _ = writeln!(
             table,
             "| {} | {} | {median:.1} | {p90:.1} | {longest:.1} |\n\n\
-             From the arrival of a sensor's data at a subscriber of this machine to the arrival of the map that holds them.",
-            self.sent, self.maps
+             From the arrival of a sensor's data at a subscriber of this machine to the arrival of the map that holds them;\n\
+             {} maps, those of data that came after the passes were built.",
+            self.sent,
+            self.maps,
+            self.latencies_ms.len()
         );
         table
     }
@@ -105,7 +108,7 @@ pub fn try_node(
     say: &mut (dyn FnMut(&str) + Send),
 ) -> Result<Trial> {
     let watcher = Watcher::open(recording, config, environment)?;
-    let (stop, played) = (Stop::default(), Stop::default());
+    let (stop, mapped, played) = (Stop::default(), Stop::default(), Stop::default());
     let options = NodeOptions {
         config: config.clone(),
         adapter: adapter.map(str::to_owned),
@@ -125,13 +128,15 @@ pub fn try_node(
     thread::scope(|scope| {
         let node = scope.spawn(|| run_node(&options, environment, &stop, say));
         let recorded = scope.spawn(|| {
-            // Once for the passes to be built meanwhile, once to be measured.
+            // Once for the passes to be built, once to be measured.
             let round = || play(recording, config, &player, environment, &stop, &mut |_| ());
-            let report = round().and_then(|_| round());
+            let first = round();
+            mapped.sleep(Instant::now() + LONGEST_BUILD);
+            let report = first.and_then(|_| round());
             played.set();
             report
         });
-        let seen = watcher.watch(&played, || node.is_finished());
+        let seen = watcher.watch(&mapped, &played, || node.is_finished());
         stop.set();
         let sent = recorded.join().map_err(|_| panicked())??.sent;
         node.join().map_err(|_| panicked())??;
@@ -196,9 +201,15 @@ impl Watcher {
 
     /// Watches until the map has no free cell any more after the recording has ended: its last map with some, latencies, and how many
     /// maps of the second round there were.
-    fn watch(&self, played: &Stop, has_failed: impl Fn() -> bool) -> Result<(Costs, Vec<f64>, usize)> {
-        let (mut arrived, mut latencies, mut last, mut maps) = (HashMap::new(), Vec::new(), None, 0);
-        let (mut until, mut listens, mut newest_ns) = (None, false, 0);
+    fn watch(
+        &self,
+        mapped: &Stop,
+        played: &Stop,
+        has_failed: impl Fn() -> bool,
+    ) -> Result<(Costs, Vec<f64>, usize)> {
+        let (mut arrived, mut latencies) = (HashMap::<u64, Instant>::new(), Vec::new());
+        let (mut last, mut maps) = (None, 0);
+        let (mut until, mut listens, mut newest_ns, mut built) = (None, false, 0, None);
         while !has_failed() && until.is_none_or(|until| Instant::now() < until) {
             if played.is_set() {
                 until.get_or_insert(Instant::now() + PATIENCE);
@@ -210,6 +221,8 @@ impl Watcher {
             match parcel.topic {
                 RAW => {
                     let costs: Costs = decode_cdr("Costmap", &parcel.payload)?;
+                    built.get_or_insert(parcel.arrived);
+                    mapped.set();
                     if costs.data.contains(&0) {
                         maps += 1;
                         last = Some(costs);
@@ -218,13 +231,15 @@ impl Watcher {
                     }
                 }
                 MAP | UPDATE => {
-                    let since = arrived.remove(&stamp).map(|since: Instant| parcel.arrived - since);
-                    latencies.extend(since.map(|took| took.as_secs_f64() * 1e3));
+                    // What came before the first map waited for the passes to be built.
+                    let since =
+                        arrived.remove(&stamp).filter(|since| built.is_some_and(|built| *since > built));
+                    latencies.extend(since.map(|since| (parcel.arrived - since).as_secs_f64() * 1e3));
                 }
                 _ => {
                     if stamp + JUMP_NS < newest_ns {
                         // The second round.
-                        (maps, newest_ns) = (0, 0);
+                        (maps, newest_ns, built) = (0, 0, None);
                         arrived.clear();
                         latencies.clear();
                     }
@@ -234,7 +249,7 @@ impl Watcher {
             }
         }
         let last = last.ok_or(Error::Empty { reason: "no map with free cells came".into() })?;
-        let mut latencies_ms: Vec<f64> = latencies.into_iter().skip(WARM_UP).collect();
+        let mut latencies_ms: Vec<f64> = latencies;
         latencies_ms.sort_by(f64::total_cmp);
         Ok((last, latencies_ms, maps))
     }

@@ -1,7 +1,7 @@
 //! What others publish and listen to, as discovery has found it.
 
-use rustdds::QosPolicies;
 use rustdds::policy::{Durability, Reliability};
+use rustdds::{QosPolicies, RTPSEntity};
 
 use crate::ros2::name::{topic_of_dds, type_of_dds};
 use crate::ros2::qos::Quality;
@@ -64,11 +64,19 @@ pub struct Graph {
 impl Graph {
     pub(super) fn of(dds: &rustdds::DomainParticipant) -> Self {
         let mut graph = Self::default();
+        // Where multicast comes back to its sender, discovery finds what is this participant's own.
+        let own = dds.guid().prefix;
         for writer in dds.discovered_writers() {
+            if writer.writer_proxy.remote_writer_guid.prefix == own {
+                continue;
+            }
             let data = &writer.publication_topic_data;
             graph.writers.extend(Endpoint::new(&data.topic_name, &data.type_name, &data.qos()));
         }
         for reader in dds.discovered_readers() {
+            if reader.reader_proxy.remote_reader_guid.prefix == own {
+                continue;
+            }
             let data = &reader.subscription_topic_data;
             graph.readers.extend(Endpoint::new(data.topic_name(), data.type_name(), &data.qos()));
         }

@@ -79,6 +79,27 @@ fn channel(advertised: &str, topic: &str) -> Option<u64> {
     channels.iter().find(|channel| channel["topic"] == topic)?["id"].as_u64()
 }
 
+/// Subscribes to a topic once it is advertised: the first message of it.
+fn first_message(client: &mut Socket, topic: &str, until: Instant) -> Vec<u8> {
+    let number = loop {
+        assert!(Instant::now() < until, "{topic} is not advertised");
+        let (kind, payload) = client.next();
+        let text = String::from_utf8_lossy(&payload).into_owned();
+        if let Some(number) = channel(&text, topic).filter(|_| kind == 1) {
+            assert!(channel(&text, "/limpid/depth_filtered/image").is_some(), "{text}");
+            break number;
+        }
+    };
+    client.send(&format!(r#"{{"op":"subscribe","subscriptions":[{{"id":7,"channelId":{number}}}]}}"#));
+    loop {
+        assert!(Instant::now() < until, "no message comes");
+        let (kind, payload) = client.next();
+        if kind == 2 && payload[0] == 1 {
+            return payload;
+        }
+    }
+}
+
 #[test]
 fn foxglove_is_served_the_map_and_nobody_anything_else() {
     if no_network() || skipped() {
@@ -95,23 +116,7 @@ fn foxglove_is_served_the_map_and_nobody_anything_else() {
     let (mut client, answer) = Socket::open(address, "foxglove.sdk.v1");
     assert!(answer.contains("101"), "{answer}");
     let until = Instant::now() + PATIENCE;
-    let number = loop {
-        assert!(Instant::now() < until, "the costmap is not advertised");
-        let (kind, payload) = client.next();
-        let text = String::from_utf8_lossy(&payload).into_owned();
-        if let Some(number) = channel(&text, "/limpid/costmap").filter(|_| kind == 1) {
-            assert!(channel(&text, "/limpid/depth_filtered/image").is_some(), "{text}");
-            break number;
-        }
-    };
-    client.send(&format!(r#"{{"op":"subscribe","subscriptions":[{{"id":7,"channelId":{number}}}]}}"#));
-    let message = loop {
-        assert!(Instant::now() < until, "no map comes");
-        let (kind, payload) = client.next();
-        if kind == 2 && payload[0] == 1 {
-            break payload;
-        }
-    };
+    let message = first_message(&mut client, "/limpid/costmap", until);
     // Kind, number of the subscription, time, CDR: a grid of 60x60 cells.
     assert_eq!(u32::from_le_bytes(message[1..5].try_into().unwrap()), 7);
     assert!(message.len() > 60 * 60 && message[13..15] == [0, 1], "{} bytes", message.len());

@@ -233,23 +233,3 @@ fn who_asks_for_what_is_not_offered_is_told() {
     drop(asked);
     scene.node.end();
 }
-
-#[test]
-fn frames_that_wait_for_a_slow_gpu_are_not_given_up_for_transforms_that_wait_too() {
-    let Some(scene) = Scene::set(Config { wait_s: 0.05, ..eye() }) else { return };
-    // More than a software driver can take.
-    scene.robot.does(|robot| (robot.rate_hz, robot.size) = (60.0, (640, 480)));
-    scene.node.wait_for("a sensor has changed", 1);
-    scene.node.wait_for("maps camera", 2);
-    std::thread::sleep(Duration::from_secs(2));
-    scene.forget();
-    let said = scene.peer.wait_for::<Diagnostics>(DIAGNOSTICS, |_| true);
-    let count = |key: &str| {
-        let value = said.status[1].values.iter().find(|(known, _)| known == key);
-        value.unwrap().1.parse::<u64>().unwrap()
-    };
-    say(&format!("60 frames a second: {} used, {} without a pose", count("used"), count("without_pose")));
-    // At the start, and while the size changes, one may miss its transform.
-    assert!(count("used") > 20 && count("without_pose") <= 2, "{said:?}");
-    scene.node.end();
-}

@@ -58,8 +58,10 @@ fn a_player_that_is_paused_leaves_no_free_space() {
     let config =
         limpid::Config { timeout_s: 0.7, map_size_m: 6.0, resolution_m: 0.1, ..super::node::config() };
     let node = Node::start(&environment, node_options(config));
-    let player =
-        Process::limpid(&environment, &["play", ROOM, "--rate", "0.5", "--reliable", "--wait", "30"]);
+    let player = Process::limpid(
+        &environment,
+        &["play", ROOM, "--loop", "--rate", "0.5", "--reliable", "--wait", "30"],
+    );
     peer.wait_for::<Costs>(RAW, free);
     player.signal("-STOP");
     let began = Instant::now();
