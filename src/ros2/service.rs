@@ -122,7 +122,7 @@ mod tests {
     fn a_request_of_cyclone_has_a_header_that_goes_back() {
         let origin =
             Origin { writer: [[1, 0x10].as_slice(), &[7; 14]].concat().try_into().unwrap(), number: 3 };
-        let header: [u8; HEADER] = std::array::from_fn(|at| at as u8);
+        let header: [u8; HEADER] = *b"\x00\x01\x02\x03\x04\x05\x06\x07\x08\x09\x0a\x0b\x0c\x0d\x0e\x0f";
         let payload = [&[0, 1, 0, 0][..], &header, &[42]].concat();
         let (asker, request) = Asker::of(origin, &payload).unwrap();
         assert_eq!((request, asker.header), (vec![0, 1, 0, 0, 42], Some(header)));
