@@ -339,7 +339,7 @@ impl<'a> Publisher<'a> {
         };
         let named = PathBuf::from(format!("map_{}", stamp_ns / 1_000_000_000));
         let stem = if stem.as_os_str().is_empty() { &named } else { stem };
-        let [_, description] = save_map(stem, map, None)?;
+        let [_, description] = save_map(stem, map)?;
         Ok(description)
     }
 
