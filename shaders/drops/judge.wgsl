@@ -168,11 +168,11 @@ fn judge(@builtin(global_invocation_id) id: vec3<u32>) {
     let away = off / max(length(off), 1.0e-6);
     var says = select(0u, SAYS_GROUND, 2u * votes.ground > votes.all);
     let falls = votes.drop > 0u && f32(votes.drop) >= DROP_SHARE * f32(votes.all);
-    for (var ask = 0u; ask < select(0u, 1u, falls && votes_around(at) >= drop_params.least_votes); ask++) {
-        var drops = has_edge(at, away);
-        if drops && 2u * votes.unsure > votes.drop {
-            let level = is_level(at, away);
-            drops = !is_in_ground(at, away, level);
+    // Loops that stand for an `if`, as in lib/drops/vote: few cells get here.
+    for (var ask = 0u; ask < select(0u, 1u, falls); ask++) {
+        var drops = votes_around(at) >= drop_params.least_votes && has_edge(at, away);
+        for (var doubt = 0u; doubt < select(0u, 1u, drops && 2u * votes.unsure > votes.drop); doubt++) {
+            drops = !is_in_ground(at, away, is_level(at, away));
         }
         if drops {
             says = SAYS_DROP | (u32(votes.depth_m * DEPTH_STEPS_PER_M) << SAID_SHIFT);
