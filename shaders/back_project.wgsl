@@ -34,13 +34,12 @@ struct AtomicCellHits {
 @group(0) @binding(3) var<storage, read> rays: array<vec2<f32>>;
 @group(0) @binding(4) var<storage, read_write> cell_hits: array<AtomicCellHits>;
 @group(0) @binding(5) var<storage, read_write> strip_counts: array<u32>;
-@group(0) @binding(6) var<storage, read_write> strip_far_m: array<f32>;
 // 0: height of a place of the window above the ground, as a scalar product with (place, 1) (spec 6 §2).
 @group(0) @binding(7) var<storage, read> ground_now: array<vec4<f32>>;
 
 // Neighbours along a column mostly end in the same cell, so an invocation walks down a strip of one, four
 // pixels at a time, and pays for atomics only where the cell changes. On its way it keeps the farthest
-// trusted depth of every TILE pixels for see_through.
+// trusted depth of every TILE pixels, where see_through asks for it (lib/far).
 const STRIP = 2u * TILE;
 const GROUP = 64u;
 const NO_CELL = 0xffffffffu;
@@ -236,7 +235,7 @@ fn back_project(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocati
             let weights = vec4(a.weight, b.weight, c.weight, d.weight);
             run = extend(run, Four(cells, weights, vec4(a.top, b.top, c.top, d.top)));
         }
-        strip_far_m[tile * width + strip.x] = far;
+        keep_far(tile * width + strip.x, far);
     }
     flush(run);
     strip_counts[strip.y * width + strip.x] = counts;

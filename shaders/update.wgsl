@@ -1,5 +1,6 @@
 // Turns a frame's evidence into occupancy and state, once per cell, and marks when, by whom and how the cell was seen.
-// spec 1 §3 (occupancy, hysteresis, confirmations), §4 (temporal rejection), spec 4 §1 (marks, occupancy by several cameras).
+// spec 1 §3 (occupancy, hysteresis, confirmations), §4 (temporal rejection), §9 (evidence), spec 4 §1 (marks, several cameras).
+// Needs one of lib/fusion: how a look changes a cell.
 struct UpdateParams {
     side: u32,
     origin_slot_x: u32,
@@ -22,7 +23,7 @@ struct CellMarksParams {
     pad: u32,
 }
 
-// Whether the old occupancy counts less the longer ago it is, else by the number of observations.
+// Whether what is kept counts less the longer ago it is, else by the number of observations.
 override timed: bool = false;
 // Whether evidence and occupancy are kept for the host.
 override keep_grids: bool = true;
@@ -44,33 +45,11 @@ override lowest: bool = false;
 
 const UNSEEN = -1.0;
 
-// e of the spec: mean weight of the hits, 0 where seen through, UNSEEN where nothing may be said.
-fn evidence_of(i: u32, count: u32, hit: bool, seen: bool, history: u32) -> f32 {
-    if !hit {
-        return select(UNSEEN, 0.0, seen);
-    }
-    let recent = history & ((1u << update_params.temporal_window) - 1u);
-    if countOneBits(recent) < update_params.temporal_hits {
-        return UNSEEN;
-    }
-    if !weighted || gated {
-        return 1.0;
-    }
-    return f32(cell_hits[i].weight) / (f32(count) * update_params.weight_scale);
-}
-
-// Occupied from occupied_threshold up and until below free_threshold; free only by being seen through.
-fn next_state(old: u32, p: f32, confirmed: bool, seen: bool) -> u32 {
-    if old == OCCUPIED && p >= update_params.free_threshold {
-        return OCCUPIED;
-    }
-    if p >= update_params.occupied_threshold && confirmed {
-        return OCCUPIED;
-    }
-    if seen && p < update_params.free_threshold {
-        return FREE;
-    }
-    return select(old, UNKNOWN, old == OCCUPIED);
+// What a frame shows of a cell.
+struct Look {
+    hit: bool,
+    seen: bool,     // seen through, without hits
+    count: u32,     // hits
 }
 
 // Whether the cell was seen since: then this frame changes nothing of it.
@@ -78,13 +57,10 @@ fn is_late(slot: u32) -> bool {
     return cell_marks[slot].x > cell_marks_params.tick;
 }
 
-fn lambda_of(slot: u32) -> f32 {
-    let last = cell_marks[slot].x;
-    if !timed || last == 0u {
-        return update_params.lambda;
-    }
-    let since = max(cell_marks_params.tick, last) - last;
-    return exp2(cell_marks_params.log2_lambda_per_tick * f32(since));
+// Whether enough of the frames that observed the cell hit it, the newest lowest in `history` (spec 1 §4).
+fn hit_often(history: u32) -> bool {
+    let recent = history & ((1u << update_params.temporal_window) - 1u);
+    return countOneBits(recent) >= update_params.temporal_hits;
 }
 
 // Mean R of the frame's hits in 1/255.
@@ -126,32 +102,20 @@ fn update(@builtin(global_invocation_id) id: vec3<u32>) {
     let i = id.y * side + id.x;
     let slot = slot_of(id.x, id.y, update_params.origin_slot_x, update_params.origin_slot_y, side);
     let count = cell_hits[i].count;
-    var cell = to_cell(cells[slot]);
     let late = is_late(slot);
     let hit = !late && count >= update_params.min_hits;
-    let seen = !hit && !late && seen_through[i] == 1u;
-    var run = cell.state >> 8u;
-    var now = cell.state & 3u;
+    let look = Look(hit, !hit && !late && is_seen_through(i), count);
+    var cell = to_cell(cells[slot]);
     var e = UNSEEN;
-    if hit || seen {
-        cell.history = (cell.history << 1u) | select(0u, 1u, hit);
-        run = select(0u, min(run + 1u, 255u), hit);
-        e = evidence_of(i, count, hit, seen, cell.history);
-    }
-    if e >= 0.0 {
-        let lambda = lambda_of(slot);
-        cell.occupancy = lambda * cell.occupancy + (1.0 - lambda) * e;
-        now = next_state(now, cell.occupancy, run >= update_params.confirmations, seen);
-    }
-    if hit || seen {
-        mark(slot, hit, cell_hits[i], cell.top > FLOOR, now != FREE);
-        cell.top = select(max(cell.top, cell_hits[i].top), select(cell.top, 0u, now == FREE), seen);
-        cell.state = now | (run << 8u);
+    if look.hit || look.seen {
+        let had_hits = cell.top > FLOOR;
+        e = fuse(i, slot, look, &cell);
+        mark(slot, hit, cell_hits[i], had_hits, cell.top > FLOOR);
         cells[slot] = from_cell(cell);
     }
     if keep_grids {
         evidence[i] = e;
-        occupancy[i] = cell.occupancy;
+        occupancy[i] = occupancy_of(cell);
     }
-    state[i] = now | select(0u, WAS_HIT, hit) | select(0u, WAS_SEEN_THROUGH, seen);
+    state[i] = see_state(cell.state) | select(0u, WAS_HIT, look.hit) | select(0u, WAS_SEEN_THROUGH, look.seen);
 }

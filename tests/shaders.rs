@@ -32,6 +32,7 @@ const TARGETS: [ShaderSource; 4] = [targets::REMEMBER, targets::REPROJECT, targe
 const PIPELINE: &[ShaderSource] = &[
     align_color::ALIGN_COLOR,
     back_project::BACK_PROJECT,
+    back_project::BACK_PROJECT_ALONE,
     goal_costs::GOAL_COSTS,
     goal_inflation::GOAL_INFLATION_OF_CAMERAS,
     goal_inflation::GOAL_INFLATION_OF_LIDARS,
@@ -55,16 +56,18 @@ const PIPELINE: &[ShaderSource] = &[
     see_through::TILES,
     see_through::AROUND,
     see_through::GATHER,
+    see_through::GATHER_SHARES,
     spatial_median::SPATIAL_MEDIAN,
     tally::TALLY,
     trajectory_cost::ROLL_OUT,
     trajectory_cost::SUM,
     update::UPDATE,
+    update::UPDATE_BY_EVIDENCE,
     weigh::WEIGH,
 ];
 
 /// Passes whose texts are put together for a plan.
-const COMPOSED: [&str; 2] = ["move_window", "rule"];
+const COMPOSED: [&str; 4] = ["move_window", "rule", "bridge/occupied", "bridge/gaps"];
 
 /// The passes of the pipeline, of training targets and of simulated sensors.
 fn all() -> impl Iterator<Item = ShaderSource> {
@@ -154,7 +157,9 @@ fn one_map_plans() -> Vec<Plan> {
             let side = config.cells_per_side().unwrap();
             let (cameras, glass_lidars) = (2 * u32::from(layers.cameras), u32::from(layers.panes));
             let (sensors, apart, verdicts) = (3, true, true);
-            let map = MapJob { config, side, layers, sensors, cameras, glass_lidars, apart, verdicts };
+            let evidence = layers.drops;
+            let map =
+                MapJob { config, side, layers, sensors, cameras, glass_lidars, evidence, apart, verdicts };
             let map = Arc::new(map);
             plans.push(mapper::map_plan(&map, &mapper::map_stages(&map)).unwrap());
             let scope = || "top".to_owned();

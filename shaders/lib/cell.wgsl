@@ -5,9 +5,9 @@ const OCCUPIED = 2u;
 
 // It is stored as vec4<u32>, which loads and stores in one go.
 struct Cell {
-    occupancy: f32,     // p
+    occupancy: f32,     // p; with fusion evidence A, what speaks for the cell (lib/fusion)
     state: u32,         // UNKNOWN, FREE or OCCUPIED in bits 0-1; consecutive hits in bits 8-15
-    history: u32,       // one bit per observed frame, the newest lowest: 1 = hit
+    history: u32,       // one bit per observed frame, the newest lowest: 1 = hit; with fusion evidence B, what speaks against it
     top: u32,           // highest hit recorded, in steps above height_min; 0 = none
 }
 

@@ -1,9 +1,9 @@
-// Finds the cells that a trusted ray crosses inside the height band before it ends: one gather per cell.
-// spec 1 §3 (seen through).
+// Finds the cells that trusted rays cross inside the height band before they end: one gather per cell.
+// spec 1 §3 (seen through), §9 (looks through). Needs one of lib/looking.
 //
 // The vertical through a cell's centre is a line in the image. A pixel on that line looks through the
-// cell at a known height; it sees through it when its depth lies behind the cell's far edge. Where even
-// the deepest pixel around (`around_far_m`) does not reach that far, the pixels need not be looked at.
+// cell at a known height; it sees through it when its depth lies behind the cell's far edge. The height
+// band lies above the ground, so that no part of a ray beyond its crossing of the ground clears anything.
 // A depth below 0 is that of a pane that the ray meets before it ends: it clears up to there (spec 4 §1).
 struct SeeThroughGatherParams {
     camera_from_window_x: vec4<f32>,    // rows of the transform
@@ -37,7 +37,6 @@ struct SeeThroughGatherParams {
 @group(0) @binding(2) var<storage, read> reliability: array<f32>;
 @group(0) @binding(3) var<storage, read> cells: array<vec4<u32>>;
 @group(0) @binding(4) var<storage, read> cell_hits: array<CellHits>;
-@group(0) @binding(5) var<storage, read> around_far_m: array<f32>;
 @group(0) @binding(6) var<storage, read_write> seen_through: array<u32>;
 // 0: height of a place of the window above the ground, as a scalar product with (place, 1) (spec 6 §2).
 @group(0) @binding(7) var<storage, read> ground_now: array<vec4<f32>>;
@@ -45,8 +44,7 @@ struct SeeThroughGatherParams {
 const NEAR_M = 0.05;
 const MAX_SAMPLES = 4096.0;
 
-// Pixels walked between looks at the tiles: half a tile, so that a bend by the lens stays within one.
-const RUN = 8.0;
+const NO_PIXEL = 0xffffffffu;
 
 // A stretch of the vertical, as seen by the camera: ideal rays and inverse depths of its ends.
 struct Stretch {
@@ -114,64 +112,36 @@ fn pixel_of(ray: vec2<f32>) -> vec2<f32> {
     return floor(distorted * see_through_gather_params.focal_px + see_through_gather_params.centre_px + 0.5);
 }
 
-// Whether the pixel along the stretch at s looks past `behind` times its own depth there.
-fn ray_passes(stretch: Stretch, s: f32, behind: f32) -> bool {
+// The number of the pixel on the stretch at s; NO_PIXEL outside of the image.
+fn pixel_on(stretch: Stretch, s: f32) -> u32 {
     let size = vec2(f32(see_through_gather_params.width), f32(see_through_gather_params.height));
     let p = pixel_of(mix(stretch.from_ray, stretch.to_ray, s));
     if any(p < vec2(0.0)) || any(p >= size) {
+        return NO_PIXEL;
+    }
+    return u32(p.y) * see_through_gather_params.width + u32(p.x);
+}
+
+// Whether the pixel, on the stretch at s, is trusted and looks past `behind` times its own depth there.
+fn ray_passes(pixel: u32, stretch: Stretch, s: f32, behind: f32) -> bool {
+    if pixel == NO_PIXEL {
         return false;
     }
-    let pixel = u32(p.y) * see_through_gather_params.width + u32(p.x);
-    if weighted && reliability[pixel] <= see_through_gather_params.tau {
+    // A reliability that is NaN is none.
+    if weighted && !(reliability[pixel] > see_through_gather_params.tau) {
         return false;
     }
     return abs(depth_m[pixel]) * mix(stretch.inverse_z.x, stretch.inverse_z.y, s) > behind;
 }
 
-// Whether any trusted pixel within a tile's side of the stretch at s can look that far.
-fn may_pass(stretch: Stretch, s: f32, inverse_z: f32, behind: f32) -> bool {
-    let last = vec2(f32(see_through_gather_params.width - 1u), f32(see_through_gather_params.height - 1u));
-    let p = vec2<u32>(clamp(pixel_of(mix(stretch.from_ray, stretch.to_ray, s)), vec2(0.0), last)) / TILE;
-    return around_far_m[p.y * see_through_gather_params.tiles_x + p.x] * inverse_z > behind;
-}
-
-// Walks the stretch from pixel `first` in runs of RUN pixels to one whose surroundings reach far enough.
-fn next_run(stretch: Stretch, first: f32, behind: f32) -> f32 {
-    var at = first;
-    while at < stretch.samples {
-        let s = (vec2(at, min(at + RUN, stretch.samples))) / stretch.samples;
-        let inverse_z = mix(vec2(stretch.inverse_z.x), vec2(stretch.inverse_z.y), s);
-        if may_pass(stretch, 0.5 * (s.x + s.y), max(inverse_z.x, inverse_z.y), behind) {
-            break;
-        }
-        at += RUN;
-    }
-    return at;
-}
-
-// Whether some pixel along the stretch looks past `behind` times its own depth there.
-fn any_ray_passes(stretch: Stretch, behind: f32) -> bool {
-    var run = next_run(stretch, 0.0, behind);
-    while run < stretch.samples {
-        let end = min(run + RUN, stretch.samples);
-        for (var i = run; i < end; i += 1.0) {
-            if ray_passes(stretch, (i + 0.5) / stretch.samples, behind) {
-                return true;
-            }
-        }
-        run = next_run(stretch, end, behind);
-    }
-    return false;
-}
-
-// Height up to which a ray through the cell clears it: the band, but no higher than what was hit there.
-fn clearing_height(x: u32, y: u32) -> f32 {
-    let slot = slot_of(x, y, see_through_gather_params.origin_slot_x, see_through_gather_params.origin_slot_y, see_through_gather_params.side);
-    let top = to_cell(cells[slot]).top;
-    if top == 0u {
-        return see_through_gather_params.height_max_m;
-    }
-    return min(see_through_gather_params.height_max_m, see_through_gather_params.height_min_m + steps_to_height(top));
+// A cell within the mark range.
+struct Place {
+    x: u32,
+    y: u32,
+    cell: u32,
+    slot: u32,
+    centre: vec2<f32>,
+    behind: f32,        // a depth lies behind the cell that is more than so many times the centre's own; 0: the camera stands in the cell
 }
 
 @compute @workgroup_size(8, 8)
@@ -185,18 +155,15 @@ fn gather(@builtin(global_invocation_id) invocation: vec3<u32>) {
     let centre = (vec2<f32>(id) + 0.5) * see_through_gather_params.resolution_m;
     let offset = centre - see_through_gather_params.camera_xy_m;
     let range = length(offset);
-    let is_hit = cell_hits[cell].count >= see_through_gather_params.min_hits;
-    if is_hit || range > see_through_gather_params.mark_range_m {
+    if range > see_through_gather_params.mark_range_m {
         return;
     }
-    var seen = select(0u, 1u, cell_hits[cell].top == FLOOR);
     // Distance from the centre to the cell's far edge along the ray.
     let reach = 0.5 * see_through_gather_params.resolution_m * range / max(max(abs(offset.x), abs(offset.y)), 1.0e-6);
-    if seen == 0u && range > reach {
-        let stretch = stretch_of(centre, see_through_gather_params.height_min_m, clearing_height(id.x, id.y));
-        seen = select(0u, 1u, any_ray_passes(stretch, 1.0 + reach / range));
-    }
-    if seen == 1u {
-        seen_through[cell] = 1u;
+    let behind = select(0.0, 1.0 + reach / range, range > reach);
+    let slot = slot_of(id.x, id.y, see_through_gather_params.origin_slot_x, see_through_gather_params.origin_slot_y, side);
+    let word = looked_through(Place(id.x, id.y, cell, slot, centre, behind));
+    if word != 0u {
+        seen_through[cell] = word;
     }
 }

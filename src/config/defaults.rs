@@ -13,6 +13,8 @@ impl Default for Config {
             method: Method::Auto,
             weights: String::new(),
             fusion: Fusion::Weight,
+            evidence_exponent: 8.0,
+            evidence_least_hits: 2.0,
             depth_topic: String::new(),
             depth_info_topic: String::new(),
             color_topic: String::new(),

@@ -68,6 +68,8 @@ const CAMERA: &[&str] = &[
     "method",
     "weights",
     "fusion",
+    "evidence_exponent",
+    "evidence_least_hits",
     "depth_topic",
     "depth_info_topic",
     "color_topic",

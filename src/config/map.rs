@@ -16,6 +16,19 @@ pub enum GroundSource {
     Stated,
 }
 
+/// How pixels of reliability R above tau change a cell (spec 1 §2, §3, §9). All cameras of a map have `Evidence`, or none.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Fusion {
+    /// By the mean of R over the hits, as in the paper.
+    Weight,
+    /// As by weight, with 1 in place of R.
+    Gate,
+    /// By evidence for the cell, which R speeds up, and evidence against it: the share of the pixels that look through it where it
+    /// was hit.
+    Evidence,
+}
+
 /// Which occupied cells of the cameras a lidar may refute (spec 4 §2, row 5).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]

@@ -21,7 +21,7 @@ mod validate;
 pub use crate::sensor::SensorKind;
 pub use keys::{Scope, scope_of};
 pub use lidar::{InflationKernel, LayerMeasure, MAX_TALL_LAYERS, PlaneSource, SolidBy};
-pub use map::{GroundSource, InflationLaw, LidarClearsCamera, MAX_POINTS};
+pub use map::{Fusion, GroundSource, InflationLaw, LidarClearsCamera, MAX_POINTS};
 pub use sensors::{MAX_SENSORS, SensorConfig, SensorInfo};
 
 /// Every parameter with its default, commented, as YAML.
@@ -49,16 +49,6 @@ pub enum Method {
     /// Depth in `[depth_min_m, depth_max_m]`, weighted by the reliability that DRM-Net predicts. Stated, it refuses frames
     /// whose colour cannot be used.
     Drm,
-}
-
-/// What a pixel of reliability R above tau counts (spec 1 §2, §3).
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Fusion {
-    /// R, as in the paper.
-    Weight,
-    /// 1.
-    Gate,
 }
 
 /// A transform that the recording lacks, stated by the user: pose of `child` in `parent`.
@@ -98,8 +88,13 @@ pub struct Config {
     pub method: Method,
     /// Weight file of DRM-Net (safetensors), for method drm; empty: the weights that limpid comes with.
     pub weights: String,
-    /// What a pixel of reliability R above tau counts: R, or 1.
+    /// How pixels of reliability R above tau change a cell.
     pub fusion: Fusion,
+    /// Fusion evidence: how much less hits count the lower their mean R is; the higher, the fewer false obstacles and the fewer
+    /// obstacles at all.
+    pub evidence_exponent: f64,
+    /// Fusion evidence: sum of R in one frame from which a far cell's hits count fully.
+    pub evidence_least_hits: f64,
 
     /// Depth image topic; empty: found by message type and name.
     pub depth_topic: String,

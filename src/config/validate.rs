@@ -36,6 +36,7 @@ impl Config {
             ("range_gate_m", self.range_gate_m),
             ("mark_range_m", self.mark_range_m),
             ("cost_scaling_factor", self.cost_scaling_factor),
+            ("evidence_least_hits", self.evidence_least_hits),
         ])?;
         from_0_up(&[
             ("pair_tolerance_s", self.pair_tolerance_s),
@@ -43,6 +44,7 @@ impl Config {
             ("depth_min_m", self.depth_min_m),
             ("inflation_radius_m", self.inflation_radius_m),
             ("inscribed_radius_m", self.inscribed_radius_m),
+            ("evidence_exponent", self.evidence_exponent),
         ])?;
         if !self.ground_z_m.is_finite() {
             return Err(bad_key("ground_z_m", format!("{} is not finite", self.ground_z_m)));

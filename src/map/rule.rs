@@ -15,6 +15,7 @@
 //! | 10 | none | unknown | unknown | unknown | 255 |
 //! | 11 | any verdict of free or passable whose evidence is stale | | | stale | 255 |
 //! | 12 | any verdict that is not lethal, where the ground drops away | | | drop | 254 |
+//! | 13 | unknown, stale, or free by a camera, between two cells occupied by cameras that face each other (`fusion: evidence`) | | | bridged | 254 |
 //!
 //! With `lidar_clears_camera: never` row 5 never applies.
 
@@ -81,6 +82,9 @@ pub const STALE_ROW: u32 = 11;
 
 /// The row of cells in which the ground drops away.
 pub const DROP_ROW: u32 = 12;
+
+/// The row of gaps between occupied cells (spec 1 §9, step 7).
+pub const BRIDGED_ROW: u32 = 13;
 
 /// What a configuration decides of the rule.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -179,9 +183,9 @@ const fn row(number: u32, name: &'static str, masks: [u32; 3], cost: Cost, from:
     Row { number, name, panes, lidar, camera, cost, from }
 }
 
-/// The rule. No mask meets the last two rows: row 11 is what becomes of a free or passable cell whose evidence is stale, row 12 what
-/// becomes of any cell that is not lethal where the ground drops away.
-pub const ROWS: [Row; 12] = [
+/// The rule. No mask meets the last three rows: row 11 is what becomes of a free or passable cell whose evidence is stale, row 12 what
+/// becomes of any cell that is not lethal where the ground drops away, row 13 of a gap between occupied cells.
+pub const ROWS: [Row; 13] = [
     row(1, "glass", [panes::PANE, ANY, ANY], Cost::Lethal, Layer::Panes),
     row(2, "solid", [panes::NONE, lidar::SOLID, ANY], Cost::Lethal, Layer::Lidar),
     row(3, "transparent", [panes::NONE, lidar::TRANSPARENT, ANY], Cost::Lethal, Layer::Lidar),
@@ -194,12 +198,13 @@ pub const ROWS: [Row; 12] = [
     row(10, "unknown", [panes::NONE, lidar::UNKNOWN, camera::UNKNOWN], Cost::Unknown, Layer::None),
     row(STALE_ROW, "stale", [0, 0, 0], Cost::Unknown, Layer::None),
     row(DROP_ROW, "drop", [0, 0, 0], Cost::Lethal, Layer::Drops),
+    row(BRIDGED_ROW, "bridged", [0, 0, 0], Cost::Lethal, Layer::Camera),
 ];
 
 const NOT_OCCUPIED: u32 = camera::UNKNOWN | camera::FREE;
 
 /// The rule as `settings` have it.
-pub fn rows(settings: &RuleSettings) -> [Row; 12] {
+pub fn rows(settings: &RuleSettings) -> [Row; 13] {
     ROWS.map(|row| match (row.number, settings.lidar_clears_camera) {
         (4, _) if settings.passable_over_camera => {
             Row { name: "passable", cost: Cost::Passable, from: Layer::Lidar, ..row }
@@ -268,6 +273,25 @@ pub fn rule_wgsl(settings: &RuleSettings, [has_panes, has_lidars, has_cameras]: 
     text
 }
 
+/// What the passes that bridge gaps know of the rule, as WGSL: by bits, the rows of cells that cameras call occupied and of those that
+/// may be bridged; and the word of the latter's new verdict, without sensor and age.
+pub fn bridge_wgsl() -> String {
+    let bits = |meets: fn(&Row) -> bool| {
+        ROWS.iter().filter(|row| meets(row)).fold(0_u32, |bits, row| bits | 1 << row.number)
+    };
+    let occupied = bits(|row| row.camera & camera::OCCUPIED != 0 && row.from == Layer::Camera);
+    let open = bits(|row| match row.cost {
+        Cost::Unknown => true,
+        Cost::Free => row.from == Layer::Camera,
+        Cost::Lethal | Cost::Passable => false,
+    });
+    let bridged = Cost::Lethal.value(&RuleSettings::default()) | BRIDGED_ROW << 8;
+    format!(
+        "// Rows of the rule (spec 4 §2), from its table.\nconst OCCUPIED_ROWS = {occupied}u;\n\
+         const BRIDGEABLE_ROWS = {open}u;\nconst BRIDGED = {bridged}u;\n"
+    )
+}
+
 /// A function from numbers to numbers.
 fn switch(name: &str, values: impl IntoIterator<Item = (u32, u32)>, otherwise: u32) -> String {
     let mut text = format!("fn {name}(number: u32) -> u32 {{\n    switch number {{\n");
@@ -306,6 +330,10 @@ pub fn rule_markdown() -> String {
             DROP_ROW => writeln!(
                 text,
                 "| {DROP_ROW} | any verdict that is not lethal, where the ground drops away | | | {verdict} | {cost} |"
+            ),
+            BRIDGED_ROW => writeln!(
+                text,
+                "| {BRIDGED_ROW} | unknown, stale, or free by a camera, between two cells occupied by cameras that face each other (`fusion: evidence`) | | | {verdict} | {cost} |"
             ),
             number => writeln!(text, "| {number} | {panes} | {lidar} | {camera} | {verdict} | {cost} |"),
         };

@@ -47,9 +47,9 @@ pub struct FrameImages {
 /// Grids of one frame, row 0 = smallest y; read back on request.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FrameLayers {
-    /// e of spec 1 §3 in [0, 1]; -1 where the cell was not observed.
+    /// e of spec 1 §3 in [0, 1], with fusion evidence a of §9; -1 where the cell was not observed.
     pub evidence: Vec<f32>,
-    /// p of spec 1 §3 in [0, 1]; 0 for cells never observed.
+    /// p of spec 1 §3 in [0, 1], with fusion evidence A / (A + B) of §9; 0 for cells never observed.
     pub occupancy: Vec<f32>,
     /// 1 in the occupied state, else 0.
     pub occupied: Vec<f32>,

@@ -21,7 +21,7 @@ impl Verdict {
         self.0.to_le_bytes()[0]
     }
 
-    /// Row of the rule that applied, 1 to 11; 0 where no rule was asked.
+    /// Row of the rule that applied, from 1; 0 where no rule was asked.
     pub fn row(self) -> u32 {
         (self.0 >> 8) & 0xf
     }

@@ -29,8 +29,10 @@ pub struct Why {
 pub struct CameraSays {
     /// Occupied, free, or neither.
     pub state: Occupancy,
-    /// p of spec 1 §3.
+    /// p of spec 1 §3; with fusion evidence the share of the evidence that is for the cell.
     pub occupancy: f32,
+    /// With fusion evidence what is for the cell, and what against it (A and B of spec 1 §9).
+    pub evidence: Option<[f32; 2]>,
     /// Lowest and highest hit above the ground, metres; `None`: no hit is remembered.
     pub hits_m: Option<[f64; 2]>,
     /// Mean R of the last hit.
@@ -117,9 +119,10 @@ fn seen_by(word: u32, tick: u32, now: u32) -> SeenBy {
 }
 
 impl Records {
-    /// What the cameras' records say; `height_min_m`: lower edge of the height band.
-    pub(crate) fn camera(&self, now: u32, height_min_m: f64) -> Option<CameraSays> {
-        let ([occupancy, state, _, top], [tick, marks]) = (self.cell?, self.marks?);
+    /// What the cameras' records say; `height_min_m`: lower edge of the height band; `evidence`: cells hold evidence for and against.
+    pub(crate) fn camera(&self, now: u32, height_min_m: f64, evidence: bool) -> Option<CameraSays> {
+        let ([first, state, third, top], [tick, marks]) = (self.cell?, self.marks?);
+        let [support, opposed] = [first, third].map(f32::from_bits);
         if tick == 0 {
             return None;
         }
@@ -131,7 +134,12 @@ impl Records {
                 2 => Occupancy::Occupied,
                 _ => Occupancy::Unknown,
             },
-            occupancy: f32::from_bits(occupancy),
+            occupancy: match evidence {
+                true if support + opposed > 0.0 => support / (support + opposed),
+                true => 0.0,
+                false => support,
+            },
+            evidence: evidence.then_some([support, opposed]),
             hits_m: (top > FLOOR).then(|| [low_m.min(high_m(top)), high_m(top)]),
             reliability: f64::from((marks >> 16) & 0xff) / 255.0,
             by: seen_by(marks, tick, now),
@@ -248,7 +256,11 @@ impl CameraSays {
             }
             _ => String::new(),
         };
-        format!("{state} (p {:.2}){hits}, seen {}", self.occupancy, self.by.text(names))
+        let by = match self.evidence {
+            Some([support, opposed]) => format!("{support:.2} for, {opposed:.2} against"),
+            None => format!("p {:.2}", self.occupancy),
+        };
+        format!("{state} ({by}){hits}, seen {}", self.by.text(names))
     }
 }
 

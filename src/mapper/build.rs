@@ -6,7 +6,7 @@ use super::{
     Options, SensorInfo, camera_plan, camera_stages, lidar_plan, lidar_stages, map_plan, map_stages,
 };
 use crate::base::{Error, Result};
-use crate::config::{Config, GroundSource, MAX_POINTS, Method};
+use crate::config::{Config, Fusion, GroundSource, MAX_POINTS, Method};
 use crate::gpu::{Context, Plan};
 use crate::map::PaneSet;
 use crate::map::pane_file::read_panes;
@@ -83,7 +83,9 @@ pub(super) fn map_job(config: &Config, sensors: &[SensorInfo], options: &Options
     let config = one_size(config, of_lidars);
     config.validate()?;
     let drops = config.marks_drops();
+    let evidence = one_fusion(sensors)?;
     Ok(MapJob {
+        evidence,
         side: config.cells_per_side()?,
         config,
         layers: Layers { cameras: cameras > 0, lidars, panes: glass_lidars > 0, drops },
@@ -93,6 +95,26 @@ pub(super) fn map_job(config: &Config, sensors: &[SensorInfo], options: &Options
         apart: options.live || sensors.len() > 1,
         verdicts: options.live || sensors.len() > 1 || options.verdicts,
     })
+}
+
+/// Whether the cameras' cells hold evidence for and against: all of them do, or none, as they share the cells.
+fn one_fusion(sensors: &[SensorInfo]) -> Result<bool> {
+    let cameras = sensors.iter().filter(|sensor| matches!(sensor.model, SensorModel::Camera(_)));
+    let mut first: Option<(&str, bool)> = None;
+    for camera in cameras {
+        let evidence = camera.config.fusion == Fusion::Evidence;
+        match first {
+            Some((name, other)) if other != evidence => {
+                let reason = format!(
+                    "`{name}` and `{}` differ: all cameras of a map have `evidence`, or none",
+                    camera.name
+                );
+                return Err(Error::Config { key: "fusion".into(), reason });
+            }
+            _ => first = Some((&camera.name, evidence)),
+        }
+    }
+    Ok(first.is_some_and(|(_, evidence)| evidence))
 }
 
 /// The configuration with the map's resolution and size in both pairs of keys: those of lidars, or those of cameras.

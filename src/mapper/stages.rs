@@ -12,7 +12,7 @@ use crate::stage::drops::Drops;
 use crate::stage::glass::{LabelGlass, pane_cells};
 use crate::stage::ground::Ground;
 use crate::stage::lidar::{intensity_classes, intensity_layers};
-use crate::stage::map::{goal_costs, goal_inflation, inflate, move_window, rule, scan_values};
+use crate::stage::map::{bridge, goal_costs, goal_inflation, inflate, move_window, rule, scan_values};
 use crate::stage::{CameraJob, LidarJob, MapJob, Stage, color_stage};
 
 /// The stages of a camera's frame, in order (spec 1 §1 to §3, spec 6 §2: reliability, ground, move window, update, hysteresis, inflate).
@@ -81,6 +81,9 @@ pub fn lidar_stages(job: &Arc<LidarJob>) -> Vec<Box<dyn Stage>> {
 pub fn map_stages(map: &Arc<MapJob>) -> Vec<Box<dyn Stage>> {
     let of = || Arc::clone(map);
     let mut stages: Vec<Box<dyn Stage>> = vec![Box::new(rule::Rule { map: of() })];
+    if map.evidence {
+        stages.push(Box::new(bridge::Bridge { map: of() }));
+    }
     if map.law() == InflationLaw::Goal {
         stages.push(Box::new(goal_inflation::GoalInflation { map: of() }));
         stages.push(Box::new(goal_costs::GoalCosts { map: of() }));

@@ -36,7 +36,7 @@ impl Mapper {
             range_m: (DVec2::from(at_m) - base.truncate()).length(),
             cost: map.costmap.get(cell).copied().unwrap_or(255),
             verdict: map.verdicts.get(cell).copied().unwrap_or_default(),
-            camera: records.camera(now, self.map.config.height_min_m),
+            camera: records.camera(now, self.map.config.height_min_m, self.map.evidence),
             lidar: records.lidar(now),
             pane: records.pane(now),
             drop: records.drop(now),

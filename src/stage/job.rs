@@ -25,6 +25,8 @@ pub struct MapJob {
     pub cameras: u32,
     /// Lidars that search for glass.
     pub glass_lidars: u32,
+    /// Whether its cameras' cells hold evidence for and against (`fusion: evidence`), else p.
+    pub evidence: bool,
     /// Whether it is published apart from observations: it has several sensors.
     pub apart: bool,
     /// Whether what the rule says of each cell is read back.
@@ -43,6 +45,7 @@ impl MapJob {
             sensors: 1,
             cameras: 1,
             glass_lidars: 0,
+            evidence: config.fusion == Fusion::Evidence,
             apart: false,
             verdicts: false,
         }
@@ -59,6 +62,7 @@ impl MapJob {
             sensors: 1,
             cameras: 0,
             glass_lidars: glass.into(),
+            evidence: false,
             apart: false,
             verdicts: false,
         }
@@ -115,6 +119,16 @@ impl CameraJob {
     /// Whether weights above tau count fully.
     pub fn gated(&self) -> bool {
         self.config.fusion == Fusion::Gate
+    }
+
+    /// Whether cells hold evidence for and against, else p.
+    pub fn counts_trust(&self) -> bool {
+        self.map.evidence
+    }
+
+    /// Whether back-projection keeps the lowest hits: for the heights at which looks through count, or for lidars that refute.
+    pub fn keeps_lowest(&self) -> bool {
+        self.counts_trust() || self.map.layers.lidars
     }
 
     /// The buffer that back-projection and clearing take their depth from.

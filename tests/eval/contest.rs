@@ -4,7 +4,8 @@ use crate::support::run::Pipeline;
 use limpid::Config;
 use limpid::base::Rigid;
 use limpid::config::{Fusion, Method};
-use limpid::offline::eval::{Contest, contestants};
+use limpid::offline::eval::contest::is_frontier;
+use limpid::offline::eval::{Contest, contestants, frontier};
 use limpid::sensor::{ColorImage, RgbdFrame};
 
 use crate::support::gpu::skipped;
@@ -37,10 +38,19 @@ fn frame(index: u64) -> RgbdFrame {
 #[test]
 fn methods_are_those_of_the_spec() {
     let keys = |config: &Config| contestants(config).iter().map(|c| c.key).collect::<Vec<_>>();
-    let plain = ["naive", "range", "median", "temporal", "naive_3_hits", "drm", "drm_gate"];
-    assert_eq!(keys(&Config::default()), plain);
-    assert_eq!(keys(&config(Fusion::Gate))[5..], ["drm", "drm_weight"]);
-    assert_eq!(keys(&config(Fusion::Weight))[5..], ["drm", "drm_gate"]);
+    let baselines = ["naive", "range", "median", "temporal", "naive_3_hits"];
+    let fusions = [Fusion::Weight, Fusion::Gate, Fusion::Evidence];
+    for (fusion, of_drm) in fusions.into_iter().zip([
+        ["drm", "drm_evidence", "drm_gate"],
+        ["drm", "drm_evidence", "drm_weight"],
+        ["drm", "drm_weight", "drm_gate"],
+    ]) {
+        assert_eq!(keys(&config(fusion)), [baselines.as_slice(), &of_drm].concat());
+        let all = contestants(&config(fusion));
+        assert!(all[..5].iter().all(|c| c.config.fusion == Fusion::Weight), "baselines have the paper's");
+        assert!(frontier(&config(fusion)).iter().all(|c| is_frontier(c.key) && c.config.fusion == fusion));
+    }
+    assert!(!is_frontier("drm"));
     let all = contestants(&Config { min_hits: 5, lambda: 0.8, ..config(Fusion::Gate) });
     assert!(all.iter().all(|c| c.config.lambda == 0.8 && c.config.min_hits == 5), "map settings are shared");
     assert_eq!(contestants(&Config::default())[4].config.min_hits, 3);
@@ -51,7 +61,9 @@ fn both_fusions_get_what_they_would_alone() {
     if skipped() {
         return;
     }
-    let both = &contestants(&config(Fusion::Weight))[5..];
+    let mut both = contestants(&config(Fusion::Weight)).split_off(5);
+    both.retain(|contestant| contestant.key != "drm_evidence");
+    let both = &both;
     let mut contest = Contest::open(both, &frame(0), None).unwrap();
     let alone = |fusion| {
         let config = Config { method: Method::Drm, ..config(fusion) };

@@ -74,6 +74,33 @@ fn counts_by_hand() {
 }
 
 #[test]
+fn wrong_cells_are_told_apart() {
+    // A row of twelve free cells with an obstacle at each end: a phantom four cells from the first, one five from both.
+    let mut cells = [FREE; 12];
+    (cells[0], cells[11]) = (OCCUPIED, OCCUPIED);
+    let window = TrueWindow::new(&truth(grid(12, 1), &cells), &grid(12, 1), &config()).unwrap();
+    let of = |lethal: &[usize], first: u8, last: u8| {
+        let mut costmap = [0; 12];
+        (costmap[0], costmap[11]) = (first, last);
+        lethal.iter().for_each(|&cell| costmap[cell] = 254);
+        tally(&costmap, &window)
+    };
+    let phantoms = of(&[4, 5, 6], 254, 254);
+    assert_eq!((phantoms.lethal_too_near, phantoms.lethal_in_the_open), (1, 2));
+    assert_eq!(phantoms.largest_loss(), Some(("lethal in the open", 1.0)));
+    let missed = of(&[], 255, 0);
+    assert_eq!((missed.missed_unknown, missed.missed_known), (1, 1));
+    assert_eq!(of(&[1], 255, 255).missed_unknown, 1, "beside a lethal cell it is not missed");
+    assert_eq!(of(&[], 254, 254).largest_loss(), None);
+    let mut sum = phantoms;
+    sum.add(&missed);
+    assert_eq!(
+        (sum.lethal_too_near, sum.lethal_in_the_open, sum.missed_unknown, sum.missed_known),
+        (1, 2, 1, 1)
+    );
+}
+
+#[test]
 fn an_empty_map_scores_best_but_for_recall() {
     let empty = tally(&[0; 10], &row());
     assert_eq!((empty.false_occupied_rate(1), empty.free_space_recall(1)), (Some(0.0), Some(1.0)));

@@ -61,11 +61,50 @@ fn the_papers_figures_stand_beside_ours() {
 }
 
 #[test]
+fn scenes_stand_worst_first_with_the_reason() {
+    let mut scenes = [scene("good", "L1", 1), scene("bad", "L1", 20), scene("dull", "L1", 1)];
+    for scene in &mut scenes {
+        for (key, tally) in &mut scene.methods {
+            (tally.map.solid, tally.map.solid_lethal) = (100, 80);
+            tally.map.lethal_too_near = 3;
+            if scene.name == "dull" && key == "drm" {
+                (tally.map.solid_lethal, tally.map.missed_unknown) = (75, 12);
+            }
+        }
+    }
+    let text = Report::new("scenes", &scenes).text();
+    let rows: Vec<&str> =
+        text.lines().filter(|line| line.contains("| L1    | ") && line.contains('(')).collect();
+    let rows: Vec<&&str> =
+        rows.iter().filter(|row| row.contains("true obstacle") || row.contains("unknown")).collect();
+    let starts = ["bad", "dull", "good"].map(|name| format!("| L1    | {name} "));
+    assert_eq!(rows.len(), 3, "{text}");
+    assert!(rows.iter().zip(&starts).all(|(row, start)| row.starts_with(start)), "{text}");
+    assert!(rows[0].contains("lethal up to 0.2 m before a true obstacle (0.03)"), "{text}");
+    assert!(rows[1].contains("obstacles left unknown (0.12)"), "{text}");
+    assert!(!text.contains("Frontier"), "it was not asked for");
+}
+
+#[test]
+fn the_frontier_names_its_keys_in_order() {
+    let mut scene = scene("a", "L1", 10);
+    let tally = scene.methods["drm"].clone();
+    for key in ["evidence_exponent: 12", "evidence_exponent: 2", "tau: 0.45"] {
+        scene.methods.insert(key.into(), tally.clone());
+    }
+    let text = Report::new("frontier", &[scene]).text();
+    let place = |part: &str| text.find(part).unwrap_or_else(|| panic!("{part}: {text}"));
+    assert!(place("evidence_exponent: 2 ") < place("evidence_exponent: 12"), "{text}");
+    assert!(place("evidence_exponent: 12") < place("as configured"), "{text}");
+    assert_eq!(text.matches("evidence_exponent: 12").count(), 1, "no method of its own: {text}");
+}
+
+#[test]
 fn the_page_is_safe_and_complete() {
     let mut report = report();
     report.scenes[0].1 = Some("a.png".into());
     let html = report.html();
     assert!(html.contains("two &lt;scenes&gt;") && !html.contains("<scenes>"));
     assert!(html.contains("src=\"a.png\"") && html.matches("<img").count() == 1);
-    assert_eq!(html.matches("<table>").count(), 3);
+    assert_eq!(html.matches("<table>").count(), 4);
 }

@@ -5,6 +5,7 @@ mod clock;
 mod determinism;
 mod drm;
 mod drops;
+mod evidence;
 mod geometry;
 mod ground;
 mod inputs;

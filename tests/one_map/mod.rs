@@ -7,7 +7,7 @@ mod order;
 mod outage;
 mod panes;
 mod refusals;
-mod rig;
+pub(crate) mod rig;
 mod rows;
 mod rows_refuted;
 mod states;

@@ -2,9 +2,11 @@
 
 pub(crate) mod align_color;
 pub(crate) mod back_project;
+pub(crate) mod bridge;
 pub(crate) mod cell_marks;
 pub(crate) mod drm;
 pub(crate) mod drops;
+pub(crate) mod evidence;
 pub(crate) mod glass;
 pub(crate) mod goal_costs;
 pub(crate) mod goal_inflation;

@@ -2,9 +2,11 @@
 
 mod align_color;
 mod back_project;
+mod bridge;
 mod cell_marks;
 mod drm;
 mod drops;
+mod evidence;
 mod glass;
 mod glass_labels;
 mod glass_search;
@@ -15,6 +17,7 @@ mod inflate;
 mod ingest;
 mod intensity_classes;
 mod intensity_layers;
+mod looks;
 mod move_window;
 mod pane_cells;
 mod pane_clip;

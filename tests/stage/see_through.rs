@@ -27,25 +27,25 @@ const DISAGREEMENT: f64 = 0.001;
 /// Share in which they may differ at borders, where a ray crosses a corner of the cell and not its middle.
 const AT_BORDERS: f64 = 0.08;
 
-struct View {
-    config: Config,
-    camera: CameraModel,
-    window_from_camera: Rigid,
-    depth_m: Vec<f32>,
-    reliability: Vec<f32>,
+pub(super) struct View {
+    pub(super) config: Config,
+    pub(super) camera: CameraModel,
+    pub(super) window_from_camera: Rigid,
+    pub(super) depth_m: Vec<f32>,
+    pub(super) reliability: Vec<f32>,
     /// Highest hit recorded in every cell, metres; none where nothing is.
     top_m: Option<f64>,
 }
 
 impl View {
-    fn of(scene: &Scene, camera: CameraModel, yaw: f64, height_m: f64, pitch: f64) -> Self {
+    pub(super) fn of(scene: &Scene, camera: CameraModel, yaw: f64, height_m: f64, pitch: f64) -> Self {
         let (window_from_camera, depth_m) =
             view(scene, &camera, pose(0.013, 0.021, yaw, height_m, pitch), 3.0);
         let reliability = depth_m.iter().map(|&d| if d > 0.0 { 1.0 } else { 0.0 }).collect();
         Self { config: small_map(), camera, window_from_camera, depth_m, reliability, top_m: None }
     }
 
-    fn params(&self) -> SeeThroughGatherParams {
+    pub(super) fn params(&self) -> SeeThroughGatherParams {
         let [x, y, z] = rows(self.window_from_camera.inverse());
         let k = self.camera.distortion.coefficients().map(|k| k as f32);
         let [field_min, field_max] = field(&self.camera);
@@ -78,7 +78,7 @@ impl View {
         }
     }
 
-    fn side(&self) -> usize {
+    pub(super) fn side(&self) -> usize {
         self.config.cells_per_side().unwrap() as usize
     }
 
@@ -162,7 +162,7 @@ fn at_border(answers: &[bool], side: usize, i: usize) -> bool {
     near.any(|n| answers[n] != answers[i])
 }
 
-fn room() -> Scene {
+pub(super) fn room() -> Scene {
     Scene::of(&[
         Block::new([2.31, -3.0, 0.0], [2.51, 3.0, 2.5]),
         Block::new([1.21, 0.11, 0.0], [1.51, 0.61, 0.35]),

@@ -41,6 +41,9 @@ pub(crate) struct EvalArguments {
     /// Keep the counts of every scene or recording here, and take those that are there already
     #[arg(long, value_name = "DIR")]
     keep: Option<PathBuf>,
+    /// Score drm's fusion at other points of its frontier between false obstacles and missed ones too
+    #[arg(long)]
+    frontier: bool,
     #[command(flatten)]
     scenes: SceneArguments,
     /// Parameters in YAML that all methods share; `fusion` and `weights` are those of drm

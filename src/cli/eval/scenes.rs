@@ -7,7 +7,9 @@ use std::time::Instant;
 use limpid::offline::eval::contest::Contestant;
 use limpid::offline::eval::pairs::file_name;
 use limpid::offline::eval::report::Report;
-use limpid::offline::eval::{Generated, Recorded, SceneResult, Source, contestants, evaluate, picture};
+use limpid::offline::eval::{
+    Generated, Recorded, SceneResult, Source, contestants, evaluate, frontier, picture,
+};
 use limpid::sim::Scene;
 use limpid::sim::generate::{Level, generate, vary_sensor};
 use limpid::{Config, Error, Result};
@@ -112,8 +114,13 @@ impl<'a> Judge<'a> {
         } else {
             limpid::network::weights::SHIPPED.hash(&mut hasher);
         }
-        let settings = format!("{} {config:?} weights {:x}", env!("CARGO_PKG_VERSION"), hasher.finish());
-        let (shown, contestants) = (shown::draw_all(arguments)?, contestants(&config));
+        let (shown, mut contestants) = (shown::draw_all(arguments)?, contestants(&config));
+        if arguments.frontier {
+            contestants.extend(frontier(&config));
+        }
+        let keys: Vec<_> = contestants.iter().map(|contestant| contestant.key).collect();
+        let version = env!("CARGO_PKG_VERSION");
+        let settings = format!("{version} {config:?} weights {:x} {keys:?}", hasher.finish());
         Ok(Self { arguments, config, contestants, settings, shown })
     }
 

@@ -10,21 +10,39 @@ use crate::sensor::{CameraInfo, Observation, RgbdFrame};
 /// Hits a cell and frame that the stricter naive method asks for (spec 1 §8).
 const STRICT_HITS: u32 = 3;
 
+/// What points of the frontier are called, by the key of the configuration and its value (with fusion evidence, then with another).
+const EXPONENTS: [(&str, f64); 5] = [
+    ("evidence_exponent: 2", 2.0),
+    ("evidence_exponent: 4", 4.0),
+    ("evidence_exponent: 6", 6.0),
+    ("evidence_exponent: 12", 12.0),
+    ("evidence_exponent: 16", 16.0),
+];
+const TAUS: [(&str, f64); 5] =
+    [("tau: 0.1", 0.1), ("tau: 0.2", 0.2), ("tau: 0.45", 0.45), ("tau: 0.6", 0.6), ("tau: 0.75", 0.75)];
+
+/// Whether a name in reports is that of a point of the frontier.
+pub fn is_frontier(key: &str) -> bool {
+    EXPONENTS.iter().chain(&TAUS).any(|(name, _)| *name == key)
+}
+
 /// A method with its settings.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Contestant {
-    /// Its name in reports: `drm` is the method as configured, `drm_weight` or `drm_gate` the same with the other fusion.
+    /// Its name in reports: `drm` is the method as configured, `drm_evidence`, `drm_weight` or `drm_gate` the same with another fusion.
     pub key: &'static str,
     /// Its parameters.
     pub config: Config,
 }
 
-/// The method of the other fusion takes the first one's reliability, so that the network runs once a frame.
-const OTHER_FUSION: [&str; 2] = ["drm_weight", "drm_gate"];
+/// The method with each other fusion takes the first one's reliability, so that the network runs once a frame.
+const OTHER_FUSIONS: [(&str, Fusion); 3] =
+    [("drm_evidence", Fusion::Evidence), ("drm_weight", Fusion::Weight), ("drm_gate", Fusion::Gate)];
 
-/// All methods with the map settings of `config` (spec 1 §4, §8).
+/// All methods with the map settings of `config` (spec 1 §4, §8). The baselines have the paper's fusion.
 pub fn contestants(config: &Config) -> Vec<Contestant> {
-    let with = |key, method| Contestant { key, config: Config { method, ..config.clone() } };
+    let paper = Config { fusion: Fusion::Weight, ..config.clone() };
+    let with = |key, method| Contestant { key, config: Config { method, ..paper.clone() } };
     let mut all = vec![
         with("naive", Method::Naive),
         with("range", Method::Range),
@@ -33,14 +51,26 @@ pub fn contestants(config: &Config) -> Vec<Contestant> {
         with("naive_3_hits", Method::Naive),
     ];
     all[4].config.min_hits = STRICT_HITS.max(config.min_hits);
-    let (key, fusion) = match config.fusion {
-        Fusion::Weight => (OTHER_FUSION[1], Fusion::Gate),
-        Fusion::Gate => (OTHER_FUSION[0], Fusion::Weight),
-    };
-    all.push(with("drm", Method::Drm));
+    all.push(Contestant { key: "drm", config: Config { method: Method::Drm, ..config.clone() } });
     // Reliability is 0 wherever drm takes no depth, so the wider range of naive lets nothing else in.
-    all.push(Contestant { key, config: Config { method: Method::Naive, fusion, ..config.clone() } });
+    for (key, fusion) in OTHER_FUSIONS.into_iter().filter(|(_, fusion)| *fusion != config.fusion) {
+        all.push(Contestant { key, config: Config { method: Method::Naive, fusion, ..config.clone() } });
+    }
     all
+}
+
+/// Method drm's fusion at other points of its frontier between false obstacles and missed ones, by the key that the fusion has for that:
+/// they take the reliability of drm before them.
+pub fn frontier(config: &Config) -> Vec<Contestant> {
+    let base = Config { method: Method::Naive, ..config.clone() };
+    if config.fusion == Fusion::Evidence {
+        let of = |(key, evidence_exponent)| Contestant {
+            key,
+            config: Config { evidence_exponent, ..base.clone() },
+        };
+        return EXPONENTS.into_iter().map(of).collect();
+    }
+    TAUS.into_iter().map(|(key, tau)| Contestant { key, config: Config { tau, ..base.clone() } }).collect()
 }
 
 /// A mapper for each method, all at the same frame.
@@ -127,7 +157,7 @@ impl Contest {
 }
 
 fn needs_reliability(key: &str) -> bool {
-    OTHER_FUSION.contains(&key)
+    OTHER_FUSIONS.iter().any(|(other, _)| *other == key) || is_frontier(key)
 }
 
 /// Without colour, which only the network needs.

@@ -12,6 +12,9 @@ use crate::stage::map::inflate::{cost_table, radius_cells};
 /// Cells around true borders that are left out: none (strict), one, two (a ring of 0.1 m).
 pub const MARGINS: usize = 3;
 
+/// How far from a true obstacle a lethal cell is one that lies too near, cells.
+const TOO_NEAR_CELLS: usize = 4;
+
 const LETHAL: u8 = 254;
 const NO_INFORMATION: u8 = 255;
 
@@ -45,13 +48,13 @@ impl TrueWindow {
         self.cells[cell] == FREE && usize::from(self.clearance[cell]) > margin
     }
 
-    /// Whether `test` holds for the cell or one of its eight neighbours.
-    fn near(&self, cell: usize, test: impl Fn(usize) -> bool) -> bool {
+    /// Whether `test` holds for the cell or one within `reach` cells along both axes.
+    fn near(&self, cell: usize, reach: usize, test: impl Fn(usize) -> bool) -> bool {
         let height = self.cells.len() / self.width;
         let (x, y) = (cell % self.width, cell / self.width);
-        let rows = y.saturating_sub(1)..=(y + 1).min(height - 1);
+        let rows = y.saturating_sub(reach)..=(y + reach).min(height - 1);
         rows.flat_map(|row| {
-            let columns = x.saturating_sub(1)..=(x + 1).min(self.width - 1);
+            let columns = x.saturating_sub(reach)..=(x + reach).min(self.width - 1);
             columns.map(move |column| row * self.width + column)
         })
         .any(test)
@@ -151,6 +154,14 @@ pub struct MapTally {
     pub solid_lethal: u64,
     /// Of these, cells that are lethal or have a lethal neighbour.
     pub solid_near_lethal: u64,
+    /// True obstacle cells without a lethal cell in or beside them, glass apart, that are unknown.
+    pub missed_unknown: u64,
+    /// The same, called free or near an obstacle.
+    pub missed_known: u64,
+    /// Lethal cells that are truly free, within four cells of a true obstacle.
+    pub lethal_too_near: u64,
+    /// The same, farther from any.
+    pub lethal_in_the_open: u64,
     /// Cells with glass alone.
     pub glass: u64,
     /// Of these, lethal ones.
@@ -175,10 +186,18 @@ impl MapTally {
                 self.free_called_free[margin] += u64::from(cost == 0);
             }
             match truth.cells[cell] {
+                FREE if is_lethal(cell) => {
+                    let near = truth.near(cell, TOO_NEAR_CELLS, |other| is_obstacle(truth.cells[other]));
+                    self.lethal_too_near += u64::from(near);
+                    self.lethal_in_the_open += u64::from(!near);
+                }
                 OCCUPIED => {
+                    let near = truth.near(cell, 1, is_lethal);
                     self.solid += 1;
                     self.solid_lethal += u64::from(is_lethal(cell));
-                    self.solid_near_lethal += u64::from(truth.near(cell, is_lethal));
+                    self.solid_near_lethal += u64::from(near);
+                    self.missed_unknown += u64::from(!near && cost == NO_INFORMATION);
+                    self.missed_known += u64::from(!near && cost != NO_INFORMATION);
                 }
                 GLASS => {
                     self.glass += 1;
@@ -200,6 +219,10 @@ impl MapTally {
         self.solid += other.solid;
         self.solid_lethal += other.solid_lethal;
         self.solid_near_lethal += other.solid_near_lethal;
+        self.missed_unknown += other.missed_unknown;
+        self.missed_known += other.missed_known;
+        self.lethal_too_near += other.lethal_too_near;
+        self.lethal_in_the_open += other.lethal_in_the_open;
         self.glass += other.glass;
         self.glass_lethal += other.glass_lethal;
     }
@@ -222,6 +245,19 @@ impl MapTally {
     /// As OR, where a lethal neighbour counts too.
     pub fn near_obstacle_recall(&self) -> Option<f64> {
         share(self.solid_near_lethal, self.solid)
+    }
+
+    /// What most of its wrong cells are, in words, with their number as a share of the true obstacle cells; `None` without any.
+    pub fn largest_loss(&self) -> Option<(&'static str, f64)> {
+        let losses = [
+            ("lethal up to 0.2 m before a true obstacle", self.lethal_too_near),
+            ("lethal in the open", self.lethal_in_the_open),
+            ("obstacles left unknown", self.missed_unknown),
+            ("obstacles called free", self.missed_known),
+        ];
+        let (what, cells) =
+            losses.into_iter().max_by_key(|(_, cells)| *cells).filter(|(_, cells)| *cells > 0)?;
+        Some((what, share(cells, self.solid)?))
     }
 
     /// As OR, for cells with glass alone.

@@ -17,7 +17,7 @@ pub mod scene;
 pub mod shown;
 pub mod source;
 
-pub use contest::{Contest, contestants};
+pub use contest::{Contest, contestants, frontier};
 pub use depth::DepthTally;
 pub use map::{MapTally, TrueWindow};
 pub use ranking::{Decision, Ranking};

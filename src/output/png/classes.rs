@@ -2,6 +2,7 @@
 
 use glam::DVec2;
 
+use crate::map::rule::BRIDGED_ROW;
 use crate::map::{CellClass, MapUpdate, Update, Verdict};
 use crate::output::png::canvas::{Canvas, Rgb, mix};
 use crate::output::png::costmap::{draw_robot, draw_scale_bar};
@@ -103,7 +104,7 @@ fn color_of_verdict(class: u8, verdict: Verdict) -> Option<Rgb> {
         1 => Some(GLASS),
         2 => Some(SOLID),
         3 => Some(TRANSPARENT),
-        4 | 6 if verdict.cost() == 254 => Some(OCCUPIED),
+        4 | 6 | BRIDGED_ROW if verdict.cost() == 254 => Some(OCCUPIED),
         11 if !inflated => Some(STALE),
         _ => None,
     }

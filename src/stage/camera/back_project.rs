@@ -17,6 +17,20 @@ pub const BACK_PROJECT: ShaderSource = ShaderSource {
     parts: &[
         include_str!("../../../shaders/lib/cell.wgsl"),
         include_str!("../../../shaders/lib/counters.wgsl"),
+        include_str!("../../../shaders/lib/far/kept.wgsl"),
+        include_str!("../../../shaders/lib/tile.wgsl"),
+        include_str!("../../../shaders/lib/weight.wgsl"),
+        include_str!("../../../shaders/back_project.wgsl"),
+    ],
+};
+
+/// The pass where looks through are counted (spec 1 §9), which asks for no farthest depths.
+pub const BACK_PROJECT_ALONE: ShaderSource = ShaderSource {
+    name: "back_project",
+    parts: &[
+        include_str!("../../../shaders/lib/cell.wgsl"),
+        include_str!("../../../shaders/lib/counters.wgsl"),
+        include_str!("../../../shaders/lib/far/none.wgsl"),
         include_str!("../../../shaders/lib/tile.wgsl"),
         include_str!("../../../shaders/lib/weight.wgsl"),
         include_str!("../../../shaders/back_project.wgsl"),
@@ -97,10 +111,15 @@ pub fn rays(camera: &CameraModel) -> Vec<u8> {
 pub fn declare(plan: &mut Plan, job: &CameraJob, depth: &str, lowest: bool) -> Result<()> {
     plan.uniform::<BackProjectParams>("back_project_params")?;
     plan.scratch("strip_counts", u64::from(job.strips()) * 4)?;
-    let tiles_y = u64::from(job.depth.height.div_ceil(TILE));
-    plan.scratch("strip_far_m", u64::from(job.depth.width) * tiles_y * 4)?;
+    let pass = if job.counts_trust() {
+        BACK_PROJECT_ALONE
+    } else {
+        let tiles_y = u64::from(job.depth.height.div_ceil(TILE));
+        plan.scratch("strip_far_m", u64::from(job.depth.width) * tiles_y * 4)?;
+        BACK_PROJECT
+    };
     let [groups_x, groups_y] = groups(&job.depth);
-    plan.step(BACK_PROJECT, Invocations::line(groups_x * groups_y * GROUP), &[("depth_m", depth)])?;
+    plan.step(pass, Invocations::line(groups_x * groups_y * GROUP), &[("depth_m", depth)])?;
     plan.with(&[
         ("distorted", job.depth.distortion != Distortion::None),
         ("weighted", job.weighted()),
@@ -118,7 +137,7 @@ pub struct BackProject {
 
 impl Stage for BackProject {
     fn append(&self, plan: &mut Plan) -> Result<()> {
-        declare(plan, &self.job, self.job.clipped_depth(), self.job.map.layers.lidars)
+        declare(plan, &self.job, self.job.clipped_depth(), self.job.keeps_lowest())
     }
 
     fn write(&self, moment: &Moment<'_>, input: &mut FrameInput<'_>) -> Result<()> {

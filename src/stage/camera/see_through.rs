@@ -25,7 +25,7 @@ pub const AROUND: ShaderSource = ShaderSource {
     parts: &[include_str!("../../../shaders/see_through/around.wgsl")],
 };
 
-/// Seen-through cells.
+/// Seen-through cells, for the mean of the weights.
 pub const GATHER: ShaderSource = ShaderSource {
     name: "see_through/gather",
     parts: &[
@@ -34,6 +34,22 @@ pub const GATHER: ShaderSource = ShaderSource {
         include_str!("../../../shaders/lib/slot.wgsl"),
         include_str!("../../../shaders/lib/tile.wgsl"),
         include_str!("../../../shaders/lib/weight.wgsl"),
+        include_str!("../../../shaders/lib/looking/first.wgsl"),
+        include_str!("../../../shaders/see_through/gather.wgsl"),
+    ],
+};
+
+/// Shares of looks through all cells, for evidence that counts trust (spec 1 §9).
+pub const GATHER_SHARES: ShaderSource = ShaderSource {
+    name: "see_through/gather",
+    parts: &[
+        include_str!("../../../shaders/lib/cell.wgsl"),
+        include_str!("../../../shaders/lib/evidence.wgsl"),
+        include_str!("../../../shaders/lib/layers.wgsl"),
+        include_str!("../../../shaders/lib/lens.wgsl"),
+        include_str!("../../../shaders/lib/slot.wgsl"),
+        include_str!("../../../shaders/lib/weight.wgsl"),
+        include_str!("../../../shaders/lib/looking/share.wgsl"),
         include_str!("../../../shaders/see_through/gather.wgsl"),
     ],
 };
@@ -164,22 +180,32 @@ impl SeeThrough {
     }
 }
 
-/// Declares the tiles and appends the three passes, the last over the depths in the buffer `depth`.
+/// Appends the pass over the depths in the buffer `depth`, and where it ends at the first look through, those before it that tell
+/// where none can be.
 ///
 /// # Errors
 /// From the plan.
 pub fn declare(plan: &mut Plan, job: &CameraJob, depth: &str) -> Result<()> {
+    plan.uniform::<SeeThroughGatherParams>("see_through_gather_params")?;
+    let gather = if job.counts_trust() {
+        GATHER_SHARES
+    } else {
+        declare_tiles(plan, job)?;
+        GATHER
+    };
+    plan.step(gather, Invocations::area(job.map.side, job.map.side), &[("depth_m", depth)])?;
+    plan.with(&[("weighted", job.weighted()), ("fisheye", job.depth.distortion.is_fisheye())])
+}
+
+fn declare_tiles(plan: &mut Plan, job: &CameraJob) -> Result<()> {
     let [tiles_x, tiles_y] = tiles(&job.depth);
     plan.uniform::<SeeThroughTilesParams>("see_through_tiles_params")?;
-    plan.uniform::<SeeThroughGatherParams>("see_through_gather_params")?;
     plan.uniform::<SeeThroughAroundParams>("see_through_around_params")?;
     for tiles in ["tile_far_m", "around_far_m"] {
         plan.scratch(tiles, u64::from(tiles_x) * u64::from(tiles_y) * 4)?;
     }
     plan.step(TILES, Invocations::area(tiles_x, tiles_y), &[])?;
-    plan.step(AROUND, Invocations::area(tiles_x, tiles_y), &[])?;
-    plan.step(GATHER, Invocations::area(job.map.side, job.map.side), &[("depth_m", depth)])?;
-    plan.with(&[("weighted", job.weighted()), ("fisheye", job.depth.distortion.is_fisheye())])
+    plan.step(AROUND, Invocations::area(tiles_x, tiles_y), &[])
 }
 
 impl Stage for SeeThrough {
@@ -223,10 +249,12 @@ impl Stage for SeeThrough {
             first_x,
             first_y,
         };
-        let [tiles_x, tiles_y] = tiles(&job.depth);
-        let in_tiles = SeeThroughTilesParams { width: job.depth.width, tiles_x, tiles_y, pad: 0 };
-        input.set("see_through_tiles_params", &in_tiles)?;
-        input.set("see_through_around_params", &SeeThroughAroundParams { tiles_x, tiles_y })?;
+        if !job.counts_trust() {
+            let [tiles_x, tiles_y] = tiles(&job.depth);
+            let in_tiles = SeeThroughTilesParams { width: job.depth.width, tiles_x, tiles_y, pad: 0 };
+            input.set("see_through_tiles_params", &in_tiles)?;
+            input.set("see_through_around_params", &SeeThroughAroundParams { tiles_x, tiles_y })?;
+        }
         input.set("see_through_gather_params", &params)
     }
 }

@@ -3,14 +3,17 @@
 
 use std::sync::Arc;
 
+use glam::{DVec2, Vec2};
+
 use crate::base::Result;
-use crate::config::Method;
+use crate::config::{Config, Method};
 use crate::gpu::{FrameInput, Invocations, Plan, ShaderSource};
 use crate::map::Clock;
+use crate::sensor::CameraModel;
 use crate::stage::map::layers::Layers;
 use crate::stage::{CameraJob, Moment, Stage, single};
 
-/// The pass.
+/// The pass, by the mean of the weights.
 pub const UPDATE: ShaderSource = ShaderSource {
     name: "update",
     parts: &[
@@ -18,12 +21,30 @@ pub const UPDATE: ShaderSource = ShaderSource {
         include_str!("../../../shaders/lib/slot.wgsl"),
         include_str!("../../../shaders/lib/weight.wgsl"),
         include_str!("../../../shaders/lib/record.wgsl"),
+        include_str!("../../../shaders/lib/fusion/mean.wgsl"),
+        include_str!("../../../shaders/update.wgsl"),
+    ],
+};
+
+/// The pass, by evidence that counts trust (spec 1 §9).
+pub const UPDATE_BY_EVIDENCE: ShaderSource = ShaderSource {
+    name: "update",
+    parts: &[
+        include_str!("../../../shaders/lib/cell.wgsl"),
+        include_str!("../../../shaders/lib/evidence.wgsl"),
+        include_str!("../../../shaders/lib/slot.wgsl"),
+        include_str!("../../../shaders/lib/weight.wgsl"),
+        include_str!("../../../shaders/lib/record.wgsl"),
+        include_str!("../../../shaders/lib/fusion/evidence.wgsl"),
         include_str!("../../../shaders/update.wgsl"),
     ],
 };
 
 /// Frame rate for which lambda is stated (spec 1 §3).
 const NOMINAL_RATE_HZ: f64 = 30.0;
+
+/// n0 of spec 1 §9 at a distance of 1 m, over the square of the focal length in pixels.
+const HITS_BY_SQUARED_FOCAL: f64 = 7.5e-5;
 
 /// Least logarithm of lambda: what it leaves of any occupancy after one tick is 0 in f32.
 const LEAST_LOG2: f64 = -1000.0;
@@ -72,6 +93,39 @@ crate::params! {
     }
 }
 
+crate::params! {
+    /// Parameters of evidence that counts trust, beside those of `update`.
+    pub struct EvidenceParams {
+        /// Camera in the window.
+        pub camera_xy_m: Vec2,
+        /// Side of a cell.
+        pub resolution_m: f32,
+        /// n0 at a distance of 1 m.
+        pub hits_at_1_m: f32,
+        /// n0 at least.
+        pub least_hits: f32,
+        /// Exponent of the hits' quality.
+        pub exponent: f32,
+        /// Share of a look that a tick allows, where looks count by time.
+        pub looks_per_tick: f32,
+        /// Unused.
+        pub pad: u32,
+    }
+}
+
+/// The parameters of evidence for one frame of a camera at `camera_xy_m` in the window.
+pub fn evidence_params(config: &Config, camera: &CameraModel, camera_xy_m: DVec2) -> EvidenceParams {
+    EvidenceParams {
+        camera_xy_m: camera_xy_m.as_vec2(),
+        resolution_m: single(config.resolution_m),
+        hits_at_1_m: single(HITS_BY_SQUARED_FOCAL * camera.fx * camera.fy),
+        least_hits: single(config.evidence_least_hits),
+        exponent: single(config.evidence_exponent),
+        looks_per_tick: single(Clock::TICK_S * NOMINAL_RATE_HZ),
+        pad: 0,
+    }
+}
+
 /// The parameters of the marks for one frame of the sensor of that number, counted from 0, where `lambda` is stated for 30 Hz.
 pub fn mark_params(tick: u32, sensor: u32, lambda: f64) -> CellMarksParams {
     let log2_lambda_per_tick = single((lambda.log2() * Clock::TICK_S * NOMINAL_RATE_HZ).max(LEAST_LOG2));
@@ -90,7 +144,13 @@ pub fn declare(plan: &mut Plan, job: &CameraJob, timed: bool, lowest: bool) -> R
     for grid in ["evidence", "occupancy", "state"] {
         plan.product(grid, job.grid_bytes(4))?;
     }
-    plan.step(UPDATE, Invocations::area(job.map.side, job.map.side), &[])?;
+    let pass = if job.counts_trust() {
+        plan.uniform::<EvidenceParams>("evidence_params")?;
+        UPDATE_BY_EVIDENCE
+    } else {
+        UPDATE
+    };
+    plan.step(pass, Invocations::area(job.map.side, job.map.side), &[])?;
     plan.with(&[("weighted", job.weighted()), ("gated", job.gated())])?;
     plan.with(&[("timed", timed), ("lowest", lowest), ("keep_grids", job.layers)])
 }
@@ -125,12 +185,16 @@ pub struct Update {
 impl Stage for Update {
     fn append(&self, plan: &mut Plan) -> Result<()> {
         let timed = self.job.config.rate_independent || self.job.map.cameras > 1;
-        declare(plan, &self.job, timed, self.job.map.layers.lidars)
+        declare(plan, &self.job, timed, self.job.keeps_lowest())
     }
 
     fn write(&self, moment: &Moment<'_>, input: &mut FrameInput<'_>) -> Result<()> {
         let (job, lambda) = (&self.job, self.job.config.lambda);
         input.set("update_params", &params(job, moment.window.origin_slot(job.map.side), lambda))?;
+        if job.counts_trust() {
+            let camera = moment.in_window(moment.pose.map_from_sensor(), 0.0).translation_m.truncate();
+            input.set("evidence_params", &evidence_params(&job.config, &job.depth, camera))?;
+        }
         input.set("cell_marks_params", &mark_params(moment.tick, job.sensor, lambda))
     }
 }

@@ -1,5 +1,6 @@
 //! The stages of the map: its window, its inflation, its costs.
 
+pub mod bridge;
 pub mod goal_costs;
 pub mod goal_inflation;
 pub mod inflate;

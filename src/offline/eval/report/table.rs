@@ -23,15 +23,15 @@ recall before inflation, near: a lethal neighbour counts; paper: Table V";
 const PIXEL_NOTE: &str = "\"unreliable\" (further from the truth than delta) among measured pixels; F1 at tau, and at the best \
 threshold; a method without a network has reliability 1 or 0";
 
-fn strings(cells: &[&str]) -> Vec<String> {
+pub(super) fn strings(cells: &[&str]) -> Vec<String> {
     cells.iter().map(|&cell| cell.to_owned()).collect()
 }
 
-fn number(value: Option<f64>, digits: usize) -> String {
+pub(super) fn number(value: Option<f64>, digits: usize) -> String {
     value.map_or_else(|| "-".into(), |value| format!("{value:.digits$}"))
 }
 
-fn pooled(method: &MethodSummary, name: &str) -> String {
+pub(super) fn pooled(method: &MethodSummary, name: &str) -> String {
     number(method.pooled.get(name).copied(), 3)
 }
 
@@ -43,9 +43,10 @@ fn spread(method: &MethodSummary, name: &str) -> String {
 }
 
 impl Report {
-    /// Sensor level, map level and reliability, in this order.
-    pub fn tables(&self) -> [Table; 3] {
-        [self.sensor_table(), self.map_table(), self.pixel_table()]
+    /// Sensor level, map level, the frontier where it was asked for, scenes and reliability, in this order.
+    pub fn tables(&self) -> Vec<Table> {
+        let first = [self.sensor_table(), self.map_table()].into_iter().chain(self.frontier_table());
+        first.chain([self.scenes_table(), self.pixel_table()]).collect()
     }
 
     /// Each method of each level.
