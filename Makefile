@@ -1,5 +1,5 @@
 # `make demo` and `make test` set up a fresh Debian or Ubuntu machine that has the Rust toolchain, nothing else.
-.PHONY: demo live test check build setup
+.PHONY: demo live live-faults test check build setup
 
 CARGO ?= cargo
 SUDO := $(shell [ "$$(id -u)" = 0 ] || echo sudo)
@@ -26,6 +26,10 @@ live: setup
 # The tests run in release: software adapters are slow.
 test: setup
 	$(CARGO) test --release
+
+# Faults of a node that take a minute each: a player that is paused, a subscriber that does not read, a network that is cut.
+live-faults: setup
+	LIMPID_LIVE_LONG=1 $(CARGO) test --release -- live::processes
 
 # What a change must pass besides the tests.
 check:

@@ -4,6 +4,7 @@ use crate::support::scan::{ScanFrame, ScanOptions, ScanOutput, ScanPipeline, by_
 use glam::{DQuat, DVec3};
 use limpid::Config;
 use limpid::base::Rigid;
+use limpid::config::GroundSource;
 use limpid::input::points;
 use limpid::input::points::Options;
 use limpid::map::CellClass;
@@ -127,7 +128,7 @@ fn truth_a_pane_high_above_the_ground_is_not_in_the_way() {
         })
     };
     assert!(glass(&config(), &frames), "it stands 0.9 m below to 1.4 m above the ground of the map");
-    let deep = Config { ground_z_m: -4.0, ..config() };
+    let deep = Config { ground_z_m: -4.0, ground: GroundSource::Stated, ..config() };
     assert!(!glass(&deep, &frames), "it begins 3.1 m above the ground");
     // Without poses the ground is not known.
     let room = GlassRoom { yaw: 0.0, sensor_m: DVec3::ZERO, ..GlassRoom::default() };
