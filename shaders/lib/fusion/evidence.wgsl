@@ -121,7 +121,9 @@ fn fuse(i: u32, slot: u32, look: Look, cell: ptr<function, Cell>) -> f32 {
     let b = share_through(i) + select(0.0, FLOOR_AGAINST, look.seen && has_floor(i));
     let support = min(with_look((*cell).occupancy, a, KEPT_FOR, share), MOST_FOR);
     let opposed = with_look(against(*cell), b, KEPT_AGAINST, share);
-    now = next_state(now, support, opposed, (seen_through[i] & BESIDE) != 0u, run >= update_params.confirmations);
+    // What is against may fade in a look without hits, so that what is for is enough.
+    let confirmed = update_params.confirmations <= 1u || run >= update_params.confirmations;
+    now = next_state(now, support, opposed, (seen_through[i] & BESIDE) != 0u, confirmed);
     if now == FREE && support < FORGOTTEN_FOR {
         (*cell).top = 0u;
     }
