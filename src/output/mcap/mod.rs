@@ -18,7 +18,7 @@ mod diagnostics;
 ///
 /// | topic | type | stamp |
 /// |---|---|---|
-/// | `/limpid/costmap` | `nav_msgs/OccupancyGrid`, see [`occupancy_of_cost`] | oldest data used |
+/// | `/limpid/costmap` | `nav_msgs/OccupancyGrid`, see [`occupancy_of_cost`](crate::output::occupancy_of_cost) | oldest data used |
 /// | `/limpid/costmap_raw` | `nav2_msgs/Costmap` | oldest data used |
 /// | `/limpid/classes` | `nav_msgs/OccupancyGrid`, where a lidar takes part: 0 free, 25 passable, 50 inflated, 75 transparent, 100 solid, -1 unknown | oldest data used |
 /// | `/limpid/verdicts` | `foxglove_msgs/Grid` of the rule's verdicts (spec 4 §4), where they were read back: `cost` before inflation, `reason` (row of the rule), `sensor` (counted from 1; 0: none), `age_s` | oldest data used |

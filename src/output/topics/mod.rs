@@ -113,6 +113,7 @@ impl Topics {
     }
 
     /// Names and types of all topics that there can be.
+    #[cfg_attr(not(feature = "ros2"), expect(dead_code, reason = "the node alone asks for names"))]
     pub(crate) fn names(&self) -> Vec<(String, &'static str)> {
         let has_lidar = self.0.iter().any(|sensor| sensor.kind == SensorKind::Lidar);
         let of_map = map::TOPICS.iter().filter(|(name, _)| has_lidar || *name != map::CLASSES);
