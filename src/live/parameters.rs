@@ -162,8 +162,8 @@ mod tests {
         Parameter { name: name.into(), value }
     }
 
-    fn double(value: f64) -> ParameterValue {
-        value_of(&Value::from(value))
+    fn double(double_value: f64) -> ParameterValue {
+        ParameterValue { kind: ParameterKind::Double as u8, double_value, ..ParameterValue::default() }
     }
 
     #[test]
