@@ -7,7 +7,7 @@ use std::time::Instant;
 use clap::Args;
 use limpid::gpu::Context;
 use limpid::output::End;
-use limpid::sim::generate::{Family, Level, generate, vary_sensor};
+use limpid::sim::generate::{Family, Level, add_walkers, generate, vary_sensor};
 use limpid::sim::lidar::{Lidar, LidarModel, LidarSimulator, Returns};
 use limpid::sim::rates::Rates;
 use limpid::sim::truth::TrueMap;
@@ -39,6 +39,9 @@ pub(crate) struct SimArguments {
     /// Draw imager, projector and matcher settings from the seed
     #[arg(long)]
     vary_sensor: bool,
+    /// Let so many people walk past before the camera; fewer where there is no room
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u32).range(..=8))]
+    walkers: u32,
     /// Frames, in place of the scene's
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     frames: Option<u32>,
@@ -101,6 +104,10 @@ impl SimArguments {
         }
         if self.vary_sensor {
             vary_sensor(&mut scene);
+        }
+        let found = add_walkers(&mut scene, self.walkers);
+        if found < self.walkers {
+            eprintln!("limpid: {found} of {} people found room in the scene", self.walkers);
         }
         scene.validate()?;
         Ok(scene)

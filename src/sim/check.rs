@@ -9,6 +9,7 @@ use super::pack;
 use super::scene::{Lamp, Scene};
 use super::settings::{Checks, bad};
 use super::trajectory::poses;
+use super::walker::Walker;
 use super::walls::{is_inside, walls};
 use crate::base::Result;
 
@@ -29,6 +30,7 @@ pub(super) fn scene(scene: &Scene) -> Result<()> {
     }
     rooms(scene)?;
     solids(scene)?;
+    walkers(scene)?;
     upright(scene)?;
     thin(scene)?;
     lights(scene)?;
@@ -138,6 +140,26 @@ fn solids(scene: &Scene) -> Result<()> {
     Ok(())
 }
 
+fn walkers(scene: &Scene) -> Result<()> {
+    for (index, walker) in scene.walkers.iter().enumerate() {
+        let section = format!("walkers[{index}].");
+        let key = |field: &str| format!("{section}{field}");
+        let Walker { waypoints_m, speed_m_s, ahead_s, radius_m, height_m, material } = walker;
+        if waypoints_m.is_empty() {
+            return Err(bad(key("waypoints_m"), "there is none"));
+        }
+        for point in waypoints_m {
+            place(&key("waypoints_m"), point)?;
+        }
+        Checks { section: &section }
+            .within(&[("speed_m_s", *speed_m_s, 0.0, 20.0), ("ahead_s", *ahead_s, 0.0, 1e6)])?;
+        lengths(&key("radius_m"), &[*radius_m])?;
+        lengths(&key("height_m"), &[*height_m])?;
+        opaque(scene, key("material"), material)?;
+    }
+    Ok(())
+}
+
 fn upright(scene: &Scene) -> Result<()> {
     for (index, pane) in scene.panes.iter().enumerate() {
         let key = |field: &str| format!("panes[{index}].{field}");
@@ -213,14 +235,14 @@ fn counts(scene: &Scene) -> Result<()> {
         ("materials", scene.materials.len() + lamps, pack::MATERIALS),
         ("panes", quads, pack::QUADS),
         ("boxes", scene.boxes.len(), pack::BOXES),
-        ("cylinders", scene.cylinders.len(), pack::CYLINDERS),
+        ("cylinders", scene.cylinders.len() + scene.walkers.len(), pack::CYLINDERS),
         ("lamps", lamps, pack::LIGHTS),
         ("curtains", scene.curtains.len(), pack::CURTAINS),
         ("thickets", scene.thickets.len(), pack::THICKETS),
     ] {
         if count > most {
             let reason = format!(
-                "{count} are too many, {most} fit (lights count as materials and panes, walls as panes)"
+                "{count} are too many, {most} fit (lights count as materials and panes, walls as panes, people as cylinders)"
             );
             return Err(bad(key, reason));
         }

@@ -2,7 +2,7 @@
 
 use glam::DVec2;
 
-use super::scene::{Outline, Scene};
+use super::scene::{Cylinder, Outline, Scene};
 use super::walls::walls;
 
 /// What stands on a piece of floor.
@@ -88,10 +88,8 @@ pub(crate) fn footprints(scene: &Scene) -> Vec<Footprint> {
         all.push(Footprint { glass, ..Footprint::solid(shape, span_m, format!("boxes[{index}]")) });
     }
     for (index, cylinder) in scene.cylinders.iter().enumerate() {
-        let [x, y, z] = cylinder.base_m;
-        let shape = Shape::Disc(DVec2::new(x, y), cylinder.radius_m);
-        let (span_m, key) = ([z, z + cylinder.height_m], format!("cylinders[{index}]"));
-        all.push(Footprint { glass: is_glass(&cylinder.material), ..Footprint::solid(shape, span_m, key) });
+        let glass = is_glass(&cylinder.material);
+        all.push(Footprint { glass, ..standing(cylinder, format!("cylinders[{index}]")) });
     }
     for (index, pane) in scene.panes.iter().enumerate() {
         let (shape, span_m) = upright_plane(pane.center_m, [pane.width_m, pane.height_m], pane.yaw_rad);
@@ -114,6 +112,12 @@ pub(crate) fn footprints(scene: &Scene) -> Vec<Footprint> {
         all.push(Footprint { passable: !thicket.solid, ..Footprint::solid(shape, span_m, key) });
     }
     all
+}
+
+/// The footprint of an opaque cylinder.
+pub(crate) fn standing(cylinder: &Cylinder, key: String) -> Footprint {
+    let [x, y, z] = cylinder.base_m;
+    Footprint::solid(Shape::Disc(DVec2::new(x, y), cylinder.radius_m), [z, z + cylinder.height_m], key)
 }
 
 /// Outline on the floor and span of heights of a box.

@@ -18,6 +18,7 @@ pub mod settings;
 pub mod simulator;
 mod trajectory;
 pub mod truth;
+pub mod walker;
 mod walls;
 pub mod write;
 

@@ -1,5 +1,6 @@
 //! Scenes as YAML: rooms, solids, panes, lights, materials; the camera and the robot's way through.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -9,6 +10,7 @@ use super::check;
 use super::lidar::Lidar;
 use super::material::Material;
 use super::settings::{Camera, Imager, Matcher};
+use super::walker::Walker;
 use crate::base::{Error, Result, plain};
 
 /// A rectangle of floor with walls around it, where no other room adjoins: rooms that overlap or touch
@@ -257,6 +259,9 @@ pub struct Scene {
     /// Cylinders.
     #[serde(default)]
     pub cylinders: Vec<Cylinder>,
+    /// People.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub walkers: Vec<Walker>,
     /// Panes, mirrors, pictures.
     #[serde(default)]
     pub panes: Vec<Pane>,
@@ -321,6 +326,16 @@ impl Scene {
     /// [`Error::Yaml`] where a value has no form in YAML.
     pub fn to_yaml(&self) -> Result<String> {
         serde_saphyr::to_string(self).map_err(|error| Error::Yaml(error.to_string()))
+    }
+
+    /// The scene so many seconds after the first frame, in which people are cylinders.
+    pub fn at(&self, seconds: f64) -> Cow<'_, Self> {
+        if self.walkers.is_empty() {
+            return Cow::Borrowed(self);
+        }
+        let mut still = self.clone();
+        still.cylinders.extend(still.walkers.drain(..).map(|walker| walker.at(seconds)));
+        Cow::Owned(still)
     }
 
     /// Checks numbers, names and places.

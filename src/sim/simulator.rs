@@ -9,7 +9,7 @@ use super::passes::{
     SimMeterParams, SimToneParams, SimTraceParams, SimWinnerParams, TONE, TRACE, WINNER,
 };
 use super::scene::Scene;
-use super::trajectory::{poses, stamp_ns};
+use super::trajectory::{poses, seconds_at, stamp_ns};
 use crate::base::Rigid;
 use crate::base::{Error, Result};
 use crate::gpu::{Context, Executor, FrameInput, Invocations, Plan, Readback};
@@ -149,7 +149,12 @@ impl Simulator {
     pub fn with_context(scene: &Scene, context: &Context) -> Result<Self> {
         scene.validate()?;
         let executor = Executor::build(context, plan(scene)?)?;
-        Ok(Self { packed: SimScene::pack(scene), scene: scene.clone(), executor, pass_ms: Vec::new() })
+        Ok(Self {
+            packed: SimScene::pack(&scene.at(0.0)),
+            scene: scene.clone(),
+            executor,
+            pass_ms: Vec::new(),
+        })
     }
 
     /// The scene.
@@ -177,6 +182,9 @@ impl Simulator {
     /// # Errors
     /// [`Error::Gpu`], [`Error::DeviceLost`].
     pub fn frame(&mut self, index: u64, pose: FramePose) -> Result<SimFrame> {
+        if !self.scene.walkers.is_empty() {
+            self.packed = SimScene::pack(&self.scene.at(seconds_at(stamp_ns(&self.scene, index))));
+        }
         let (scene, packed) = (&self.scene, &self.packed);
         let mut input = self.executor.begin()?;
         write(&mut input, scene, packed, index, pose)?;

@@ -41,6 +41,11 @@ pub fn stamp_ns(scene: &Scene, index: u64) -> u64 {
     START_NS + index * period_ns
 }
 
+/// Seconds from the first frame to a stamp.
+pub(crate) fn seconds_at(stamp_ns: u64) -> f64 {
+    std::time::Duration::from_nanos(stamp_ns.saturating_sub(START_NS)).as_secs_f64()
+}
+
 /// Where the robot is at any time: between the poses of frames as transforms are interpolated.
 #[derive(Debug, Clone)]
 pub struct Way {

@@ -9,6 +9,7 @@ mod rays;
 mod recording;
 mod stereo;
 mod truth;
+mod walkers;
 
 use limpid::sensor::FramePose;
 use limpid::sim::frame::SimFrame;
@@ -60,6 +61,7 @@ pub(crate) fn small_room() -> Scene {
         rooms: vec![Room { min_m, max_m, walls: "walls".into() }],
         boxes: vec![],
         cylinders: vec![],
+        walkers: vec![],
         panes: vec![],
         thickets: vec![],
         curtains: vec![],

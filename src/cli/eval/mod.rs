@@ -103,6 +103,9 @@ struct SceneArguments {
     /// Draw imager, projector and matcher settings from the seed, as in training
     #[arg(long)]
     vary_sensor: bool,
+    /// Let so many people walk past before the camera in every scene
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u32).range(..=8))]
+    walkers: u32,
 }
 
 impl SceneArguments {

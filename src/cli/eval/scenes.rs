@@ -11,7 +11,7 @@ use limpid::offline::eval::{
     Generated, Recorded, SceneResult, Source, contestants, evaluate, frontier, picture,
 };
 use limpid::sim::Scene;
-use limpid::sim::generate::{Level, generate, vary_sensor};
+use limpid::sim::generate::{Level, add_walkers, generate, vary_sensor};
 use limpid::{Config, Error, Result};
 use serde::{Deserialize, Serialize};
 
@@ -68,6 +68,7 @@ fn scene(arguments: &EvalArguments, level: Level, seed: u64) -> Result<Scene> {
     if wanted.vary_sensor {
         vary_sensor(&mut scene);
     }
+    add_walkers(&mut scene, wanted.walkers);
     scene.validate()?;
     Ok(scene)
 }

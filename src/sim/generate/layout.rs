@@ -44,6 +44,7 @@ impl<'a> Layout<'a> {
             rooms,
             boxes: vec![],
             cylinders: vec![],
+            walkers: Vec::new(),
             panes: vec![],
             thickets: vec![],
             curtains: vec![],

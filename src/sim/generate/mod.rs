@@ -4,6 +4,7 @@ mod glazed;
 mod green;
 mod held_out;
 mod layout;
+mod people;
 mod physics;
 mod random;
 mod tabletop;
@@ -11,6 +12,7 @@ mod train;
 mod vary;
 mod way;
 
+pub use people::add_walkers;
 pub use physics::Physics;
 pub use random::Random;
 pub use vary::vary_sensor;

@@ -14,6 +14,7 @@ use crate::sensor::{Columns, Dropped, Point, ReturnType, Scan, Strength};
 use crate::sim::generate::Random;
 use crate::sim::passes::{BEAM, ECHO, SimBeamParams, SimEchoParams};
 use crate::sim::scene::Scene;
+use crate::sim::trajectory::seconds_at;
 use crate::sim::{SimScene, Way};
 use crate::stage::single;
 
@@ -32,6 +33,8 @@ pub struct LidarSimulator {
     optics: Optics,
     columns: u32,
     seed: u64,
+    /// Kept where people walk.
+    moving: Option<Scene>,
     packed: SimScene,
     next: u64,
     executor: Executor,
@@ -72,8 +75,9 @@ impl LidarSimulator {
             .ok_or_else(|| Error::Config { key: "lidar".into(), reason: "the scene has none".into() })?;
         let executor = Executor::build(context, plan(&lidar)?)?;
         let (optics, columns, seed) = (lidar.model.optics(), lidar.columns(), scene.seed);
-        let packed = SimScene::pack(scene);
-        Ok(Self { lidar, optics, columns, seed, packed, next: 0, executor, pass_ms: Vec::new() })
+        let packed = SimScene::pack(&scene.at(0.0));
+        let moving = (!scene.walkers.is_empty()).then(|| scene.clone());
+        Ok(Self { lidar, optics, columns, seed, moving, packed, next: 0, executor, pass_ms: Vec::new() })
     }
 
     /// Milliseconds of each pass of the last scan, where passes are timed.
@@ -130,6 +134,10 @@ impl LidarSimulator {
         self.pass_ms.clear();
         for first in (0..beams).step_by(BEAMS_AT_ONCE as usize) {
             let count = BEAMS_AT_ONCE.min(beams - first);
+            if let Some(scene) = &self.moving {
+                let share = f64::from(first) / f64::from(beams);
+                self.packed = SimScene::pack(&scene.at(seconds_at(stamp_ns) + share / self.lidar.rate_hz));
+            }
             let readback = self.part(index, first, count, &words)?;
             let slots = readback.bytes(self.executor.find("echoes")?)?.chunks_exact(32);
             for (beam, slots) in (first..first + count).zip(slots) {

@@ -11,13 +11,17 @@
 
 mod read;
 
+use std::collections::BTreeMap;
+
 pub use read::{TruthFrame, TruthReader};
 
 use glam::{DVec2, DVec3};
 
-use super::footprint::{Footprint, Shape, footprints};
+use super::footprint::{Footprint, Shape, footprints, standing};
 use super::frame::SimFrame;
 use super::scene::Scene;
+use super::trajectory::seconds_at;
+use super::walker::Walker;
 use super::walls::is_inside;
 use crate::base::Rigid;
 use crate::config::Config;
@@ -68,6 +72,9 @@ pub struct TrueMap {
     range_m: f64,
     contents: Vec<Content>,
     seen: Vec<bool>,
+    walkers: Vec<Walker>,
+    /// Cells in which a person is now, and whether the frame shows a surface there.
+    people: BTreeMap<usize, bool>,
 }
 
 impl TrueMap {
@@ -92,7 +99,8 @@ impl TrueMap {
         let band_m = [config.height_min_m, config.height_max_m];
         let range_m = config.mark_range_m;
         let (contents, seen) = (vec![Content::Outside; cells], vec![false; cells]);
-        let mut map = Self { grid, band_m, range_m, contents, seen };
+        let (walkers, people) = (scene.walkers.clone(), BTreeMap::new());
+        let mut map = Self { grid, band_m, range_m, contents, seen, walkers, people };
         for (cell, content) in map.contents.iter_mut().enumerate() {
             let [x, y] = [cell % grid.width as usize, cell / grid.width as usize].map(coordinate);
             let at =
@@ -126,38 +134,50 @@ impl TrueMap {
 
     /// Marks the cells that a thing touches within the height band.
     fn put(&mut self, thing: &Footprint) {
-        if thing.span_m[1] < self.band_m[0] || thing.span_m[0] > self.band_m[1] {
-            return;
-        }
         let content = match (thing.glass, thing.passable) {
             (true, _) => Content::Glass,
             (_, true) => Content::Passable,
             _ => Content::Solid,
         };
+        for cell in self.touched(thing) {
+            self.contents[cell] = self.contents[cell].max(content);
+        }
+    }
+
+    /// Cells that a thing touches, where it reaches into the height band; some more than once.
+    fn touched(&self, thing: &Footprint) -> Vec<usize> {
+        if thing.span_m[1] < self.band_m[0] || thing.span_m[0] > self.band_m[1] {
+            return Vec::new();
+        }
+        let mut touched = Vec::new();
         for y in 0..self.grid.height {
             for x in 0..self.grid.width {
                 if thing.shape.distance_m(self.center(x, y)) == 0.0 {
-                    self.mark((y * self.grid.width + x) as usize, content);
+                    touched.push((y * self.grid.width + x) as usize);
                 }
             }
         }
         // A border that lies between two cells belongs to both.
         const ASIDE_M: f64 = 1e-4;
         for at in border(thing.shape, self.grid.resolution_m / 20.0) {
-            for (dx, dy) in [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)] {
-                if let Some(cell) = self.cell(at + DVec2::new(dx, dy) * ASIDE_M) {
-                    self.mark(cell, content);
-                }
-            }
+            let aside = [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)];
+            touched.extend(aside.iter().filter_map(|&(dx, dy)| self.cell(at + DVec2::new(dx, dy) * ASIDE_M)));
         }
+        touched
     }
 
-    fn mark(&mut self, cell: usize, content: Content) {
-        self.contents[cell] = self.contents[cell].max(content);
+    /// Puts the people where they are at a stamp. A cell with a person in it counts by what the frame shows; when the person has
+    /// left, by what was seen there without.
+    fn move_people(&mut self, stamp_ns: u64) {
+        let at = |walker: &Walker| standing(&walker.at(seconds_at(stamp_ns)), String::new());
+        let touched: Vec<usize> = self.walkers.iter().flat_map(|walker| self.touched(&at(walker))).collect();
+        let free = |cell: &usize| self.contents[*cell] == Content::Nothing;
+        self.people = touched.into_iter().filter(free).map(|cell| (cell, false)).collect();
     }
 
     /// Takes in what a frame shows, by its true depth and pose.
     pub fn observe(&mut self, frame: &SimFrame, camera: &CameraModel) {
+        self.move_people(frame.stamp_ns);
         let map_from_camera = frame.pose.map_from_base.then(frame.pose.base_from_camera);
         self.see_surfaces(frame, camera, map_from_camera);
         self.see_through(frame, camera, map_from_camera);
@@ -175,6 +195,10 @@ impl TrueMap {
             let on_floor = at.z.abs() < ON_FLOOR_M;
             let usable = depth_m > 0.0 && offset.truncate().length() <= self.range_m;
             if let Some(cell) = usable.then(|| self.cell(at.truncate())).flatten() {
+                if let Some(shown) = self.people.get_mut(&cell) {
+                    *shown |= in_band;
+                    continue;
+                }
                 self.seen[cell] |= match self.contents[cell] {
                     Content::Outside => false,
                     Content::Nothing => on_floor,
@@ -202,7 +226,8 @@ impl TrueMap {
                 let cell = (y * self.grid.width + x) as usize;
                 let at = self.center(x, y);
                 let near = at.distance(origin.truncate()) <= self.range_m;
-                if self.seen[cell] || !near || self.contents[cell] != Content::Nothing {
+                let settled = self.seen[cell] || self.contents[cell] != Content::Nothing;
+                if settled || !near || self.people.contains_key(&cell) {
                     continue;
                 }
                 let span = self.band_m[1] - self.band_m[0];
@@ -224,12 +249,17 @@ impl TrueMap {
             (true, Content::Glass) => GLASS,
             (true, Content::Passable) => PASSABLE,
         };
-        self.contents.iter().zip(&self.seen).map(cell).collect()
+        let mut cells: Vec<i8> = self.contents.iter().zip(&self.seen).map(cell).collect();
+        for (&at, &shown) in &self.people {
+            cells[at] = if shown { OCCUPIED } else { UNKNOWN };
+        }
+        cells
     }
 
     /// All cells as if every one had been seen.
     pub fn all_cells(&self) -> Vec<i8> {
-        Self { seen: vec![true; self.contents.len()], ..self.clone() }.cells()
+        let people = self.people.keys().map(|&cell| (cell, true)).collect();
+        Self { seen: vec![true; self.contents.len()], people, ..self.clone() }.cells()
     }
 }
 
