@@ -23,6 +23,7 @@ mod score;
 mod sim;
 mod stop;
 mod targets;
+mod trial;
 mod why;
 
 use std::ops::Range;
@@ -74,6 +75,8 @@ enum Verb {
     Targets(targets::TargetsArguments),
     /// Score all methods against ground truth: on scenes that it makes, on recordings, on still pairs
     Eval(eval::EvalArguments),
+    /// Drive a simulated robot through simulated worlds with the map in the loop
+    Trial(trial::TrialArguments),
     /// Measure time per pass and per frame
     Bench(bench::BenchArguments),
     /// Write a trace of frames and passes that Perfetto (ui.perfetto.dev) opens
@@ -160,6 +163,7 @@ fn execute(arguments: Arguments) -> Result<ExitCode> {
     match arguments.verb {
         Verb::Run(arguments) => return run::execute(&arguments),
         Verb::Sim(arguments) => return sim::execute(&arguments),
+        Verb::Trial(arguments) => return trial::execute(&arguments),
         Verb::Demo(arguments) => return demo::execute(&arguments),
         #[cfg(feature = "ros2")]
         Verb::Node(arguments) => node::execute(&arguments)?,

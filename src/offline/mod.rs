@@ -5,3 +5,4 @@ pub mod eval;
 pub mod labeller;
 pub mod score;
 pub mod targets;
+pub mod trial;

@@ -5,7 +5,7 @@
 
 mod check;
 mod cluster;
-mod footprint;
+pub(crate) mod footprint;
 pub mod frame;
 pub mod generate;
 pub mod lidar;
@@ -16,10 +16,10 @@ pub mod rates;
 pub mod scene;
 pub mod settings;
 pub mod simulator;
-mod trajectory;
+pub(crate) mod trajectory;
 pub mod truth;
 pub mod walker;
-mod walls;
+pub(crate) mod walls;
 pub mod write;
 
 pub use pack::SimScene;

@@ -44,7 +44,7 @@ pub(super) fn scene(level: Level, random: &mut Random) -> Scene {
 
 /// The whole side of the room: panes from floor to ceiling, or windows above a sill, between posts; at times with an
 /// open door.
-fn front(layout: &mut Layout<'_>, width: f64, at_y: f64) {
+pub(super) fn front(layout: &mut Layout<'_>, width: f64, at_y: f64) {
     let panes = layout.random.count(4, 7);
     let step = width / f64::from(panes);
     let sill_m = if layout.random.chance(0.3) { layout.random.within(0.3, 0.9) } else { 0.0 };

@@ -1,5 +1,6 @@
 //! Random scenes from a seed and a glare level, in families: rooms for cameras, glass and greenery for lidars.
 
+mod drive;
 mod glazed;
 mod green;
 mod held_out;
@@ -60,11 +61,15 @@ pub enum Family {
     Vegetation,
     /// Grass, bushes and trees intertwined.
     Thicket,
+    /// Corridors, halls and glass fronts, long enough to drive through: for navigation trials.
+    Drive,
+    /// A hall with a polished floor, a glass front, a string curtain and furniture: for trials with camera and lidar.
+    Mixed,
 }
 
 impl Family {
     /// All of them.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 9] = [
         Self::Train,
         Self::HeldOut,
         Self::Tabletop,
@@ -72,6 +77,8 @@ impl Family {
         Self::Curtain,
         Self::Vegetation,
         Self::Thicket,
+        Self::Drive,
+        Self::Mixed,
     ];
 
     /// Its name at the command line.
@@ -84,6 +91,8 @@ impl Family {
             Self::Curtain => "curtain",
             Self::Vegetation => "vegetation",
             Self::Thicket => "thicket",
+            Self::Drive => "drive",
+            Self::Mixed => "mixed",
         }
     }
 }
@@ -106,6 +115,8 @@ pub fn generate(family: Family, level: Level, seed: u64, frames: u32) -> Result<
             Family::Curtain => green::passage(level, &mut random),
             Family::Vegetation => green::meadow(level, false, &mut random),
             Family::Thicket => green::meadow(level, true, &mut random),
+            Family::Drive => drive::scene(level, seed, &mut random),
+            Family::Mixed => drive::mixed(level, &mut random),
         };
         scene.name = format!("{family:?} {level:?} seed {seed}");
         scene.seed = seed;

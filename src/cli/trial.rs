@@ -1,0 +1,158 @@
+//! `limpid trial`.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::time::Instant;
+
+use clap::Args;
+use cpu_time::ProcessTime;
+use limpid::gpu::Context;
+use limpid::offline::trial::{CameraMode, Course, Record, Report, Scenario, Trial, replay};
+use limpid::sim::generate::Level;
+use limpid::{Config, Error, Result};
+
+use super::paths::{Paths, ends_in};
+use super::run::progress_bar;
+use super::save;
+use super::stop::{STOPPED, is_stopped, listen};
+
+/// Settings of a quick look: scenario, levels, methods.
+type Setting = (Scenario, &'static [Level], &'static [&'static str]);
+const QUICK: [Setting; 7] = [
+    (Scenario::Glare, &[Level::L0, Level::L2], &["naive", "drm"]),
+    (Scenario::Glass, &[], &["default"]),
+    (Scenario::Curtain, &[], &["uniform", "default"]),
+    (Scenario::Vegetation, &[], &["default"]),
+    (Scenario::Thicket, &[], &["default"]),
+    (Scenario::Both, &[], &["both"]),
+    (Scenario::Dying, &[Level::L0], &["drm"]),
+];
+
+#[derive(Debug, Args)]
+pub(crate) struct TrialArguments {
+    /// Scenarios, separated by commas
+    #[arg(long, value_enum, value_delimiter = ',', default_value = "glare")]
+    scenario: Vec<Scenario>,
+    /// Glare levels of scenarios that have them, separated by commas
+    #[arg(long, value_enum, value_delimiter = ',', default_value = "L0,L1,L2")]
+    levels: Vec<Level>,
+    /// Methods or set-ups by their names in the tables, separated by commas; none: all
+    #[arg(long, value_delimiter = ',')]
+    methods: Vec<String>,
+    /// Trials of each setting
+    #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u32).range(1..))]
+    trials: u32,
+    /// Seed of the first; training has those below 5000
+    #[arg(long, value_name = "N", default_value_t = 6000)]
+    first_seed: u64,
+    /// The camera's images and rate
+    #[arg(long, value_enum, default_value = "small")]
+    camera: CameraMode,
+    /// Deviation of the odometry's error, as a share of way and turns
+    #[arg(long, value_name = "SHARE", default_value_t = 0.0)]
+    drift: f64,
+    /// Keep the record of every trial here, and take those that are there already
+    #[arg(long, value_name = "DIR")]
+    keep: Option<PathBuf>,
+    /// Write the figures as JSON
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+    /// Write a page that plays the drives from above
+    #[arg(long, value_name = "FILE")]
+    html: Option<PathBuf>,
+    /// One trial of naive and drm at L0 and L2, and of the default in the other scenarios
+    #[arg(long, conflicts_with_all = ["scenario", "levels", "methods", "trials"])]
+    quick: bool,
+    /// Parameters in YAML that all methods share
+    #[arg(short, long, value_name = "FILE")]
+    config: Option<PathBuf>,
+    /// Weight file of DRM-Net (safetensors), in place of the configuration's
+    #[arg(long, value_name = "FILE")]
+    weights: Option<String>,
+    /// Use the adapter whose name or driver contains this
+    #[arg(long, value_name = "NAME")]
+    adapter: Option<String>,
+}
+
+impl TrialArguments {
+    fn course(&self) -> Result<Course> {
+        let common = super::Common {
+            config: self.config.clone(),
+            method: None,
+            weights: self.weights.clone(),
+            port: None,
+            adapter: self.adapter.clone(),
+        };
+        Course::new(&common.config()?, self.camera, self.drift, self.keep.clone())
+    }
+}
+
+impl TrialArguments {
+    /// What is to be made, in order.
+    fn trials(&self, course: &Course) -> Vec<Trial> {
+        if self.quick {
+            return QUICK.iter().flat_map(|&(scenario, levels, methods)| {
+                let methods: Vec<String> = methods.iter().map(|&name| name.to_owned()).collect();
+                course.trials(scenario, levels, &methods, &[self.first_seed])
+            }).collect();
+        }
+        let seeds: Vec<u64> = (self.first_seed..).take(self.trials as usize).collect();
+        let of = |&scenario: &Scenario| course.trials(scenario, &self.levels, &self.methods, &seeds);
+        self.scenario.iter().flat_map(of).collect()
+    }
+
+    fn paths<'a>(&'a self, config: &'a Config) -> Paths<'a> {
+        Paths::default()
+            .may_read("-c", self.config.as_deref())
+            .reads_of(config)
+            .may_write("--json", self.json.as_deref())
+            .may_write("--html", self.html.as_deref())
+            .may_fill("--keep", self.keep.as_deref(), |path| ends_in(path, &["json"]))
+    }
+}
+
+pub(crate) fn execute(arguments: &TrialArguments) -> Result<ExitCode> {
+    let course = arguments.course()?;
+    arguments.paths(&course.config).check()?;
+    let trials = arguments.trials(&course);
+    if trials.is_empty() {
+        let known = |scenario: &Scenario| scenario.setups(&course.config).iter().map(|setup| setup.key).collect::<Vec<_>>().join(", ");
+        let known: Vec<String> = arguments.scenario.iter().map(known).collect();
+        let reason = format!("{} is not among them: {}", arguments.methods.join(", "), known.join("; "));
+        return Err(Error::Config { key: "methods".into(), reason });
+    }
+    let context = Context::open(arguments.adapter.as_deref(), false)?;
+    println!("adapter: {}", context.describe());
+    let report = Report { records: make(&course, &context, &trials)? };
+    print!("{}", report.text());
+    if let Some(path) = &arguments.json {
+        save(path, &format!("{:#}\n", report.json()))?;
+    }
+    if let Some(path) = &arguments.html {
+        save(path, &replay::page(&report))?;
+        println!("page: {}", path.display());
+    }
+    Ok(ExitCode::from(if is_stopped() { STOPPED } else { 0 }))
+}
+
+/// Makes the trials, or takes what is kept of them, up to where the user stops it.
+fn make(course: &Course, context: &Context, trials: &[Trial]) -> Result<Vec<Record>> {
+    listen();
+    let bar = progress_bar(Some(trials.len() as u64));
+    let (mut records, begun, mut made, cpu) = (Vec::new(), Instant::now(), 0_u32, ProcessTime::try_now().ok());
+    for trial in trials {
+        if is_stopped() {
+            break;
+        }
+        let (record, is_new) = course.run(context, trial)?;
+        bar.suspend(|| eprintln!("{}", record.line()));
+        bar.inc(1);
+        made += u32::from(is_new);
+        records.push(record);
+    }
+    bar.finish_and_clear();
+    let cpu_s = cpu.and_then(|cpu| cpu.try_elapsed().ok()).map_or(0.0, |cpu| cpu.as_secs_f64());
+    let minutes = begun.elapsed().as_secs_f64() / 60.0;
+    println!("{made} trials made in {minutes:.1} minutes, {:.0} a core-hour", f64::from(made) * 3600.0 / cpu_s.max(1e-3));
+    Ok(records)
+}

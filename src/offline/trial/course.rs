@@ -1,0 +1,183 @@
+//! A series of trials: every set-up on the same worlds, seed by seed, kept in a folder so that a run can go on.
+
+use std::hash::{DefaultHasher, Hash, Hasher};
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+
+use super::drive::{Label, Terms, drive};
+use super::record::Record;
+use super::robot::Limits;
+use super::setup::{Scenario, Setup};
+use super::world::World;
+use crate::base::{Error, Result};
+use crate::config::Config;
+use crate::gpu::Context;
+use crate::output::save_file;
+use crate::sim::generate::Level;
+use crate::sim::lidar::Lidar;
+
+/// Image and rate of the camera.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
+pub enum CameraMode {
+    /// 424x240 at 10 Hz
+    #[default]
+    Small,
+    /// 848x480 at 30 Hz, for a GPU
+    Full,
+}
+
+impl CameraMode {
+    fn numbers(self) -> ([u32; 2], f64) {
+        match self {
+            Self::Small => ([424, 240], 10.0),
+            Self::Full => ([848, 480], 30.0),
+        }
+    }
+}
+
+/// Raised whenever the same settings give another trial.
+const EDITION: u32 = 1;
+
+/// Where sensors die in scenario `dying`, seconds after the robot was sent.
+const DIES_S: f64 = 6.0;
+
+/// What all trials of a series have in common.
+#[derive(Debug, Clone)]
+pub struct Course {
+    /// Of all maps, before methods change it.
+    pub config: Config,
+    /// The camera.
+    pub camera: CameraMode,
+    /// Deviation of the odometry's error; 0: perfect.
+    pub drift: f64,
+    /// Of the robot.
+    pub limits: Limits,
+    /// Where records are kept; `None`: nowhere.
+    pub keep: Option<PathBuf>,
+    /// Weights of the network, as far as they change results.
+    weights: u64,
+}
+
+/// One trial to be made.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Trial {
+    /// Where and why.
+    pub scenario: Scenario,
+    /// How much glare.
+    pub level: Level,
+    /// What maps it.
+    pub setup: Setup,
+    /// Of world and task.
+    pub seed: u64,
+}
+
+#[derive(Serialize, Deserialize)]
+struct Kept {
+    settings: String,
+    record: Record,
+}
+
+impl Course {
+    /// With a user's configuration: the robot's radius and forgetting by time in place of frames are the trials' own.
+    ///
+    /// # Errors
+    /// [`Error::File`] where its weights cannot be read, [`Error::Config`].
+    pub fn new(config: &Config, camera: CameraMode, drift: f64, keep: Option<PathBuf>) -> Result<Self> {
+        let limits = Limits::default();
+        let config =
+            Config { inscribed_radius_m: limits.radius_m, rate_independent: true, ..config.clone() };
+        config.validate()?;
+        if !(0.0..=0.5).contains(&drift) {
+            return Err(Error::Config { key: "drift".into(), reason: format!("{drift} is not in [0, 0.5]") });
+        }
+        let mut hasher = DefaultHasher::new();
+        match config.weights.as_str() {
+            "" => crate::network::weights::SHIPPED.hash(&mut hasher),
+            path => std::fs::read(path).map_err(Error::file(path))?.hash(&mut hasher),
+        }
+        if let Some(folder) = &keep {
+            std::fs::create_dir_all(folder).map_err(Error::file(folder))?;
+        }
+        Ok(Self { config, camera, drift, limits, keep, weights: hasher.finish() })
+    }
+
+    /// All trials of a scenario, those of a seed together.
+    pub fn trials(&self, scenario: Scenario, levels: &[Level], methods: &[String], seeds: &[u64]) -> Vec<Trial> {
+        let levels = if scenario.has_levels() { levels } else { &[scenario.own_level()] };
+        let wanted = |setup: &Setup| methods.is_empty() || methods.iter().any(|name| name == setup.key);
+        let setups: Vec<Setup> = scenario.setups(&self.config).into_iter().filter(wanted).collect();
+        let mut trials = Vec::new();
+        for &seed in seeds {
+            for &level in levels {
+                trials.extend(setups.iter().cloned().map(|setup| Trial { scenario, level, setup, seed }));
+            }
+        }
+        trials
+    }
+
+    /// The world of a trial, the same for all its set-ups.
+    ///
+    /// # Errors
+    /// Those of [`World::generated`].
+    pub fn world(&self, trial: &Trial) -> Result<World> {
+        let (family, level) = (trial.scenario.family(), trial.level);
+        let mut world = World::generated(family, level, trial.seed, &self.limits, &self.config)?;
+        let ([width, height], rate_hz) = self.camera.numbers();
+        world.scene.camera.width = width;
+        world.scene.camera.height = height;
+        world.scene.trajectory.rate_hz = if trial.setup.camera.is_some() { rate_hz } else { 10.0 };
+        if trial.setup.lidar.is_some() {
+            world.scene.lidar = Some(Lidar { rate_hz: 10.0, ..Lidar::default() });
+        }
+        Ok(world)
+    }
+
+    /// Makes a trial, or takes what is kept of it; whether it was made.
+    ///
+    /// # Errors
+    /// Those of [`drive`]; [`Error::File`] where its record cannot be kept.
+    pub fn run(&self, context: &Context, trial: &Trial) -> Result<(Record, bool)> {
+        let path = self.path(trial);
+        let settings = self.settings(trial);
+        if let Some(record) = path.as_deref().and_then(|path| kept(path, &settings)) {
+            return Ok((record, false));
+        }
+        let world = self.world(trial)?;
+        let label = Label {
+            scenario: trial.scenario.name().into(),
+            level: format!("{:?}", trial.level),
+            seed: trial.seed,
+        };
+        let dies_at_s = (trial.scenario == Scenario::Dying).then_some(DIES_S);
+        let terms = Terms { drift: self.drift, dies_at_s };
+        let record = drive(context, &world, &trial.setup, &self.limits, terms, &label)?;
+        if let Some(path) = path {
+            let kept = Kept { settings, record: record.clone() };
+            let bad = |error: serde_json::Error| Error::Encode { path: path.clone(), reason: error.to_string() };
+            save_file(&path, serde_json::to_string(&kept).map_err(bad)?.as_bytes())?;
+        }
+        Ok((record, true))
+    }
+
+    fn path(&self, trial: &Trial) -> Option<PathBuf> {
+        let Trial { scenario, level, setup, seed } = trial;
+        let name = format!("{}-{level:?}-{}-{seed}.json", scenario.name(), setup.key);
+        Some(self.keep.as_ref()?.join(name))
+    }
+
+    /// Changes with whatever changes a trial, so that kept ones are used only where they still hold.
+    fn settings(&self, trial: &Trial) -> String {
+        let Self { camera, drift, limits, weights, .. } = self;
+        let version = env!("CARGO_PKG_VERSION");
+        format!("{version} edition {EDITION} {camera:?} {drift} {limits:?} weights {weights:x} {:?}", trial.setup)
+    }
+}
+
+/// A kept record that was made with the same settings.
+fn kept(path: &Path, settings: &str) -> Option<Record> {
+    let text = std::fs::read_to_string(path).ok()?;
+    let kept: Kept = serde_json::from_str(&text).ok()?;
+    (kept.settings == settings).then_some(kept.record)
+}
