@@ -33,5 +33,6 @@ mod stage;
 mod support;
 mod targets;
 mod training;
+mod trial;
 mod weights;
 mod write;

@@ -1,13 +1,14 @@
 //! `limpid trial`.
 
-use std::path::PathBuf;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
 
 use clap::Args;
 use cpu_time::ProcessTime;
 use limpid::gpu::Context;
-use limpid::offline::trial::{CameraMode, Course, Record, Report, Scenario, Trial, replay};
+use limpid::offline::trial::{CameraMode, Course, Record, Report, Scenario, Trial, picture, replay};
 use limpid::sim::generate::Level;
 use limpid::{Config, Error, Result};
 
@@ -60,6 +61,9 @@ pub(crate) struct TrialArguments {
     /// Write a page that plays the drives from above
     #[arg(long, value_name = "FILE")]
     html: Option<PathBuf>,
+    /// Draw the drives of each world side by side, with their maps halfway: DIR/SCENARIO-LEVEL-SEED.png
+    #[arg(long, value_name = "DIR")]
+    png: Option<PathBuf>,
     /// One trial of naive and drm at L0 and L2, and of the default in the other scenarios
     #[arg(long, conflicts_with_all = ["scenario", "levels", "methods", "trials"])]
     quick: bool,
@@ -91,10 +95,13 @@ impl TrialArguments {
     /// What is to be made, in order.
     fn trials(&self, course: &Course) -> Vec<Trial> {
         if self.quick {
-            return QUICK.iter().flat_map(|&(scenario, levels, methods)| {
-                let methods: Vec<String> = methods.iter().map(|&name| name.to_owned()).collect();
-                course.trials(scenario, levels, &methods, &[self.first_seed])
-            }).collect();
+            return QUICK
+                .iter()
+                .flat_map(|&(scenario, levels, methods)| {
+                    let methods: Vec<String> = methods.iter().map(|&name| name.to_owned()).collect();
+                    course.trials(scenario, levels, &methods, &[self.first_seed])
+                })
+                .collect();
         }
         let seeds: Vec<u64> = (self.first_seed..).take(self.trials as usize).collect();
         let of = |&scenario: &Scenario| course.trials(scenario, &self.levels, &self.methods, &seeds);
@@ -107,6 +114,7 @@ impl TrialArguments {
             .reads_of(config)
             .may_write("--json", self.json.as_deref())
             .may_write("--html", self.html.as_deref())
+            .may_fill("--png", self.png.as_deref(), |path| ends_in(path, &["png"]))
             .may_fill("--keep", self.keep.as_deref(), |path| ends_in(path, &["json"]))
     }
 }
@@ -116,7 +124,9 @@ pub(crate) fn execute(arguments: &TrialArguments) -> Result<ExitCode> {
     arguments.paths(&course.config).check()?;
     let trials = arguments.trials(&course);
     if trials.is_empty() {
-        let known = |scenario: &Scenario| scenario.setups(&course.config).iter().map(|setup| setup.key).collect::<Vec<_>>().join(", ");
+        let known = |scenario: &Scenario| {
+            scenario.setups(&course.config).iter().map(|setup| setup.key).collect::<Vec<_>>().join(", ")
+        };
         let known: Vec<String> = arguments.scenario.iter().map(known).collect();
         let reason = format!("{} is not among them: {}", arguments.methods.join(", "), known.join("; "));
         return Err(Error::Config { key: "methods".into(), reason });
@@ -132,14 +142,28 @@ pub(crate) fn execute(arguments: &TrialArguments) -> Result<ExitCode> {
         save(path, &replay::page(&report))?;
         println!("page: {}", path.display());
     }
+    if let Some(folder) = &arguments.png {
+        draw(&report.records, folder)?;
+    }
     Ok(ExitCode::from(if is_stopped() { STOPPED } else { 0 }))
+}
+
+/// A picture for each world.
+fn draw(records: &[Record], folder: &Path) -> Result<()> {
+    let world = |record: &Record| format!("{}-{}-{}", record.scenario, record.level, record.seed);
+    let mut worlds: BTreeMap<String, Vec<&Record>> = BTreeMap::new();
+    for record in records {
+        worlds.entry(world(record)).or_default().push(record);
+    }
+    worlds.iter().try_for_each(|(name, records)| picture::save(records, &folder.join(format!("{name}.png"))))
 }
 
 /// Makes the trials, or takes what is kept of them, up to where the user stops it.
 fn make(course: &Course, context: &Context, trials: &[Trial]) -> Result<Vec<Record>> {
     listen();
     let bar = progress_bar(Some(trials.len() as u64));
-    let (mut records, begun, mut made, cpu) = (Vec::new(), Instant::now(), 0_u32, ProcessTime::try_now().ok());
+    let (mut records, begun, mut made, cpu) =
+        (Vec::new(), Instant::now(), 0_u32, ProcessTime::try_now().ok());
     for trial in trials {
         if is_stopped() {
             break;
@@ -153,6 +177,9 @@ fn make(course: &Course, context: &Context, trials: &[Trial]) -> Result<Vec<Reco
     bar.finish_and_clear();
     let cpu_s = cpu.and_then(|cpu| cpu.try_elapsed().ok()).map_or(0.0, |cpu| cpu.as_secs_f64());
     let minutes = begun.elapsed().as_secs_f64() / 60.0;
-    println!("{made} trials made in {minutes:.1} minutes, {:.0} a core-hour", f64::from(made) * 3600.0 / cpu_s.max(1e-3));
+    println!(
+        "{made} trials made in {minutes:.1} minutes, {:.0} a core-hour",
+        f64::from(made) * 3600.0 / cpu_s.max(1e-3)
+    );
     Ok(records)
 }

@@ -1,6 +1,6 @@
 //! The controller: the dynamic window approach on limpid's scorer, and a turn on the spot towards the path (spec 7 §1).
 
-use glam::{DVec2, DVec3};
+use glam::DVec2;
 
 use super::robot::{Pose, Robot, Speed};
 use super::route::ahead;
@@ -87,8 +87,9 @@ impl Controller {
                 .filter(|(_, score)| score.worst < INSCRIBED)
                 .map(|(speed, score)| {
                     let known = score.cells - score.unknown;
-                    let cost = f64::from(score.cost - 255 * score.unknown) / (252.0 * f64::from(known.max(1)));
-                    (AIM_WEIGHT.mul_add(off_aim(pose.after(*speed, horizon_s), aim), COST_WEIGHT * cost), speed)
+                    let cost =
+                        f64::from(score.cost - 255 * score.unknown) / (252.0 * f64::from(known.max(1)));
+                    (AIM_WEIGHT * off_aim(pose.after(*speed, horizon_s), aim) + COST_WEIGHT * cost, speed)
                 })
                 .min_by(|(a, _), (b, _)| a.total_cmp(b));
             if let Some((_, speed)) = best {
@@ -128,10 +129,8 @@ fn window(robot: &Robot, path: &[DVec2], time_s: f64) -> Vec<Speed> {
     (0..FORWARD_SAMPLES)
         .flat_map(|i| {
             let v = low + (high - low) * share(i, FORWARD_SAMPLES);
-            (0..TURN_SAMPLES).map(move |k| Speed {
-                v,
-                omega: turns[0] + (turns[1] - turns[0]) * share(k, TURN_SAMPLES),
-            })
+            (0..TURN_SAMPLES)
+                .map(move |k| Speed { v, omega: turns[0] + (turns[1] - turns[0]) * share(k, TURN_SAMPLES) })
         })
         .collect()
 }
@@ -157,9 +156,4 @@ pub fn must_stop(map: &MapUpdate, robot: &Robot, reach_m: f64) -> bool {
 pub fn cost_at(map: &MapUpdate, at: DVec2) -> Option<u8> {
     let [x, y] = map.grid.cell_at(at.x, at.y)?;
     map.costmap.get(y as usize * map.grid.width as usize + x as usize).copied()
-}
-
-/// The heading of a pose as a direction, for tests and pictures.
-pub fn heading(pose: Pose) -> DVec3 {
-    DVec2::from_angle(pose.yaw).extend(0.0)
 }

@@ -38,7 +38,7 @@ impl CameraMode {
 }
 
 /// Raised whenever the same settings give another trial.
-const EDITION: u32 = 1;
+const EDITION: u32 = 2;
 
 /// Where sensors die in scenario `dying`, seconds after the robot was sent.
 const DIES_S: f64 = 6.0;
@@ -86,8 +86,7 @@ impl Course {
     /// [`Error::File`] where its weights cannot be read, [`Error::Config`].
     pub fn new(config: &Config, camera: CameraMode, drift: f64, keep: Option<PathBuf>) -> Result<Self> {
         let limits = Limits::default();
-        let config =
-            Config { inscribed_radius_m: limits.radius_m, rate_independent: true, ..config.clone() };
+        let config = Config { inscribed_radius_m: limits.radius_m, rate_independent: true, ..config.clone() };
         config.validate()?;
         if !(0.0..=0.5).contains(&drift) {
             return Err(Error::Config { key: "drift".into(), reason: format!("{drift} is not in [0, 0.5]") });
@@ -104,7 +103,13 @@ impl Course {
     }
 
     /// All trials of a scenario, those of a seed together.
-    pub fn trials(&self, scenario: Scenario, levels: &[Level], methods: &[String], seeds: &[u64]) -> Vec<Trial> {
+    pub fn trials(
+        &self,
+        scenario: Scenario,
+        levels: &[Level],
+        methods: &[String],
+        seeds: &[u64],
+    ) -> Vec<Trial> {
         let levels = if scenario.has_levels() { levels } else { &[scenario.own_level()] };
         let wanted = |setup: &Setup| methods.is_empty() || methods.iter().any(|name| name == setup.key);
         let setups: Vec<Setup> = scenario.setups(&self.config).into_iter().filter(wanted).collect();
@@ -151,11 +156,12 @@ impl Course {
             seed: trial.seed,
         };
         let dies_at_s = (trial.scenario == Scenario::Dying).then_some(DIES_S);
-        let terms = Terms { drift: self.drift, dies_at_s };
+        let terms = Terms { drift: self.drift, dies_at_s, ..Terms::default() };
         let record = drive(context, &world, &trial.setup, &self.limits, terms, &label)?;
         if let Some(path) = path {
             let kept = Kept { settings, record: record.clone() };
-            let bad = |error: serde_json::Error| Error::Encode { path: path.clone(), reason: error.to_string() };
+            let bad =
+                |error: serde_json::Error| Error::Encode { path: path.clone(), reason: error.to_string() };
             save_file(&path, serde_json::to_string(&kept).map_err(bad)?.as_bytes())?;
         }
         Ok((record, true))
@@ -171,7 +177,10 @@ impl Course {
     fn settings(&self, trial: &Trial) -> String {
         let Self { camera, drift, limits, weights, .. } = self;
         let version = env!("CARGO_PKG_VERSION");
-        format!("{version} edition {EDITION} {camera:?} {drift} {limits:?} weights {weights:x} {:?}", trial.setup)
+        format!(
+            "{version} edition {EDITION} {camera:?} {drift} {limits:?} weights {weights:x} {:?}",
+            trial.setup
+        )
     }
 }
 

@@ -30,9 +30,6 @@ const ARRIVED_M: f64 = 0.3;
 const FROZEN_M: f64 = 0.1;
 const FROZEN_S: f64 = 15.0;
 
-/// The time that it may take, as a multiple of the shortest way's at full speed.
-const TIME_SHARE: f64 = 4.0;
-
 /// Time between two plans, and between two pictures, seconds.
 const PLAN_S: f64 = 1.0;
 const PICTURE_S: f64 = 1.0;
@@ -41,12 +38,20 @@ const PICTURE_S: f64 = 1.0;
 const CREEP_M_S: f64 = 0.02;
 
 /// What may differ between trials of one setting.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Terms {
     /// Deviation of the odometry's error, as a share of the way and of turns.
     pub drift: f64,
     /// When the sensors die, seconds after the start.
     pub dies_at_s: Option<f64>,
+    /// The time that it may take, as a multiple of the shortest way's at full speed.
+    pub time_share: f64,
+}
+
+impl Default for Terms {
+    fn default() -> Self {
+        Self { drift: 0.0, dies_at_s: None, time_share: 4.0 }
+    }
 }
 
 /// Names of a trial in its record.
@@ -268,7 +273,7 @@ impl<'a> Drive<'a> {
         if now_s - self.anchor.1 >= FROZEN_S {
             return Some(Outcome::Frozen);
         }
-        let allowed_s = TIME_SHARE * self.world.ideal_m() / self.robot.limits.speed_m_s;
+        let allowed_s = self.terms.time_share * self.world.ideal_m() / self.robot.limits.speed_m_s;
         (now_s - STANDS_S > allowed_s).then_some(Outcome::Timeout)
     }
 

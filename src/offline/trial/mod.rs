@@ -8,6 +8,7 @@ pub mod course;
 pub mod drive;
 pub mod judge;
 pub mod paper;
+pub mod picture;
 pub mod record;
 pub mod recovery;
 pub mod replay;

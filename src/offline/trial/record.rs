@@ -191,11 +191,11 @@ pub struct Record {
 }
 
 impl Record {
-    /// Whether it counts, and how: `None` for a task that cannot be done.
+    /// Whether it counts, and how: `None` for a task that cannot be done. To halt is what a robot without sensors is to do.
     pub fn success(&self) -> Option<bool> {
         match self.outcome {
             Outcome::Impossible { .. } => None,
-            Outcome::Arrived => Some(true),
+            Outcome::Arrived | Outcome::Halted { .. } => Some(true),
             _ => Some(false),
         }
     }
@@ -216,10 +216,8 @@ impl Record {
             ("OR", self.map.obstacle_recall()),
             ("F", self.classes.f_score()),
         ];
-        let figures: String = figures
-            .into_iter()
-            .filter_map(|(name, value)| Some(format!(", {name} {:.3}", value?)))
-            .collect();
+        let figures: String =
+            figures.into_iter().filter_map(|(name, value)| Some(format!(", {name} {:.3}", value?))).collect();
         format!(
             "{scenario} {level} {method} seed {seed}: {} in {time_s:.1} s, {driven_m:.2} m of {ideal_m:.2} m, {stops} stops{figures} ({wall_s:.0} s)",
             self.outcome.name()

@@ -127,12 +127,8 @@ impl Sensors {
         let period_s = std::time::Duration::from_nanos(lidar.period_ns()).as_secs_f64();
         let at = |time_s: f32| believed(f64::from(time_s) / period_s).then(mount);
         let moved = from.believed != to.believed && first_s < last_s;
-        let sweep = moved.then(|| Sweep {
-            first_s,
-            last_s,
-            map_from_first: at(first_s),
-            map_from_last: at(last_s),
-        });
+        let sweep =
+            moved.then(|| Sweep { first_s, last_s, map_from_first: at(first_s), map_from_last: at(last_s) });
         let pose = SensorPose { map_from_base: believed(0.0), base_from_sensor: mount, sweep };
         Ok(Some((scan, pose)))
     }
@@ -142,7 +138,6 @@ impl Sensors {
 fn keep_level_ring(scan: &mut Scan) {
     let rings = ring_elevations(scan);
     let level = rings.iter().min_by(|a, b| a.1.abs().total_cmp(&b.1.abs())).map(|(ring, _)| *ring);
-    scan.points.retain(|point| {
-        Some(point.ring) == level && point.strength != crate::sensor::Strength::Weaker
-    });
+    scan.points
+        .retain(|point| Some(point.ring) == level && point.strength != crate::sensor::Strength::Weaker);
 }

@@ -25,15 +25,8 @@ pub enum Scenario {
 
 impl Scenario {
     /// All of them.
-    pub const ALL: [Self; 7] = [
-        Self::Glare,
-        Self::Glass,
-        Self::Curtain,
-        Self::Vegetation,
-        Self::Thicket,
-        Self::Both,
-        Self::Dying,
-    ];
+    pub const ALL: [Self; 7] =
+        [Self::Glare, Self::Glass, Self::Curtain, Self::Vegetation, Self::Thicket, Self::Both, Self::Dying];
 
     /// Its name in records.
     pub fn name(self) -> &'static str {

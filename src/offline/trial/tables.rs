@@ -14,7 +14,7 @@ const DETOUR: f64 = 1.2;
 
 const MAP_NOTE: &str = "over the drive, twice a second, one-cell tolerance, pooled (mean +- deviation over trials); holes and spikes: of the camera's depth; OR: obstacle recall before \
 inflation; paper: Table V";
-const DRIVE_NOTE: &str = "n: trials whose task can be done; success: arrived; stops: emergency stops per 10 m driven; ratio: way over the shortest one on the true map, detours: share with a \
+const DRIVE_NOTE: &str = "n: trials whose task can be done; success: arrived, or halted where the sensors died; stops: emergency stops per 10 m driven; ratio: way over the shortest one on the true map, detours: share with a \
 ratio over 1.2, time: to the goal, these three of the n that arrived (mean +- deviation); paper: Table VI";
 const LIDAR_NOTE: &str = "n, success and length as above; F: over solid, passable and transparent cells of the last map, pooled, one-cell tolerance, then by class; paper: Table I";
 
@@ -42,9 +42,10 @@ impl Group<'_> {
         self.records.iter().filter(|record| is(&record.outcome)).count()
     }
 
-    /// Share of the trials, percent.
-    fn percent(&self, count: usize) -> Option<f64> {
-        share(count, self.records.len())
+    /// Percent of the trials.
+    fn success(&self) -> Option<f64> {
+        let done = self.records.iter().filter(|record| record.success() == Some(true)).count();
+        share(done, self.records.len())
     }
 
     fn collisions(&self) -> usize {
@@ -78,7 +79,8 @@ impl Group<'_> {
     }
 
     fn depth(&self, pick: impl Fn(&super::record::Depth) -> f64) -> Option<f64> {
-        let values: Vec<f64> = self.records.iter().filter_map(|record| record.depth.as_ref().map(&pick)).collect();
+        let values: Vec<f64> =
+            self.records.iter().filter_map(|record| record.depth.as_ref().map(&pick)).collect();
         Spread::of(&values).map(|spread| spread.mean)
     }
 
@@ -171,7 +173,10 @@ impl Report {
 
     /// All tables as text.
     pub fn text(&self) -> String {
-        self.tables().iter().map(|table| format!("\n{}: {}\n{}", table.title, table.note, table.text())).collect()
+        self.tables()
+            .iter()
+            .map(|table| format!("\n{}: {}\n{}", table.title, table.note, table.text()))
+            .collect()
     }
 
     /// Figures by setting.
@@ -201,9 +206,7 @@ fn map_table(groups: &[Group<'_>]) -> Table {
     Table {
         title: "Maps".into(),
         note: MAP_NOTE.into(),
-        head: strings(&[
-            "setting", "method", "n", "holes", "spikes", "FOR", "FSR", "OR", "paper FOR", "FSR",
-        ]),
+        head: strings(&["setting", "method", "n", "holes", "spikes", "FOR", "FSR", "OR", "paper FOR", "FSR"]),
         rows: groups.iter().map(row).collect(),
     }
 }
@@ -213,7 +216,7 @@ fn drive_table(groups: &[Group<'_>]) -> Table {
         let paper = paper::drive_of(group.key[1], group.key[2]).filter(|_| group.key[0] == "glare");
         let way = paper.and_then(|row| row.way);
         let mut cells = vec![setting(group), group.key[2].into(), group.records.len().to_string()];
-        cells.push(number(group.percent(group.arrived().count()), 1));
+        cells.push(number(group.success(), 1));
         cells.push(group.collisions().to_string());
         cells.push(group.count(|outcome| *outcome == Outcome::Frozen).to_string());
         cells.push(group.count(|outcome| *outcome == Outcome::Timeout).to_string());
@@ -227,8 +230,22 @@ fn drive_table(groups: &[Group<'_>]) -> Table {
         title: "Drives".into(),
         note: DRIVE_NOTE.into(),
         head: strings(&[
-            "setting", "method", "n", "success %", "collisions", "frozen", "timeouts", "stops / 10 m",
-            "ratio", "detours %", "time s", "paper success", "stops", "ratio", "detours", "time",
+            "setting",
+            "method",
+            "n",
+            "success %",
+            "collisions",
+            "frozen",
+            "timeouts",
+            "stops / 10 m",
+            "ratio",
+            "detours %",
+            "time s",
+            "paper success",
+            "stops",
+            "ratio",
+            "detours",
+            "time",
         ]),
         rows: groups.iter().map(row).collect(),
     }
@@ -239,7 +256,7 @@ fn lidar_table(groups: &[Group<'_>]) -> Table {
         let paper = paper::lidar_of(group.key[0], group.key[2]);
         let classes = group.classes();
         let mut cells = vec![setting(group), group.key[2].into(), group.records.len().to_string()];
-        cells.push(number(group.percent(group.arrived().count()), 0));
+        cells.push(number(group.success(), 0));
         cells.push(group.collisions().to_string());
         cells.push(group.count(|outcome| *outcome == Outcome::Frozen).to_string());
         cells.push(group.count(|outcome| *outcome == Outcome::Timeout).to_string());
@@ -254,8 +271,21 @@ fn lidar_table(groups: &[Group<'_>]) -> Table {
         title: "Lidars".into(),
         note: LIDAR_NOTE.into(),
         head: strings(&[
-            "setting", "method", "n", "success %", "collisions", "frozen", "timeouts", "length", "F",
-            "F solid", "passable", "transparent", "paper success", "length", "F",
+            "setting",
+            "method",
+            "n",
+            "success %",
+            "collisions",
+            "frozen",
+            "timeouts",
+            "length",
+            "F",
+            "F solid",
+            "passable",
+            "transparent",
+            "paper success",
+            "length",
+            "F",
         ]),
         rows: groups.iter().map(row).collect(),
     }

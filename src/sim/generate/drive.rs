@@ -60,10 +60,7 @@ fn rooms(plan: Plan, length: f64, across: f64, random: &mut Random) -> Vec<Room>
         Plan::Hall => vec![room([0.0, 0.0], [length, across], "walls")],
         Plan::GlassFront => {
             let behind = across + random.within(1.5, 3.0);
-            vec![
-                room([0.0, 0.0], [length, across], "walls"),
-                room([0.0, across], [length, behind], "walls"),
-            ]
+            vec![room([0.0, 0.0], [length, across], "walls"), room([0.0, across], [length, behind], "walls")]
         }
     }
 }
@@ -111,7 +108,8 @@ fn parted(layout: &mut Layout<'_>, length: f64, across: f64) {
     const THICK_M: f64 = 0.12;
     let x = layout.random.within(0.4, 0.6) * length;
     let (width, middle) = (layout.random.within(1.4, 1.8), layout.random.within(0.35, 0.65) * across);
-    let (ceiling_m, sides) = (layout.scene.ceiling_m, [[0.0, middle - width / 2.0], [middle + width / 2.0, across]]);
+    let (ceiling_m, sides) =
+        (layout.scene.ceiling_m, [[0.0, middle - width / 2.0], [middle + width / 2.0, across]]);
     for [from, to] in sides {
         let center_m = [x, f64::midpoint(from, to), ceiling_m / 2.0];
         let size_m = [THICK_M, to - from, ceiling_m];

@@ -1,0 +1,57 @@
+//! A series of trials goes on where it was.
+
+use limpid::Config;
+use limpid::offline::trial::world::APART_M;
+use limpid::offline::trial::{CameraMode, Course, Outcome, Scenario};
+use limpid::sim::generate::Level;
+
+fn course(keep: Option<&std::path::Path>, drift: f64) -> Course {
+    let keep = keep.map(std::path::Path::to_owned);
+    Course::new(&Config::default(), CameraMode::Small, drift, keep).unwrap()
+}
+
+#[test]
+fn kept_trials_are_taken_where_their_settings_hold() {
+    let folder = tempfile::tempdir().unwrap();
+    let first = course(Some(folder.path()), 0.0);
+    let trial = &first.trials(Scenario::Dying, &[Level::L0], &[], &[6000])[0];
+    let context = crate::support::gpu::context();
+    let (record, made) = first.run(&context, trial).unwrap();
+    assert!(made && matches!(record.outcome, Outcome::Halted { .. }), "{}", record.line());
+    let (again, made) = course(Some(folder.path()), 0.0).run(&context, trial).unwrap();
+    assert!(!made);
+    assert_eq!((again.line(), again.outcome.name()), (record.line(), record.outcome.name()));
+    assert_eq!((again.pictures.len(), again.steps.len()), (record.pictures.len(), record.steps.len()));
+    // A file that is cut off, or of other settings, is made anew.
+    let path = folder.path().join("dying-L0-drm-6000.json");
+    let text = std::fs::read_to_string(&path).unwrap();
+    std::fs::write(&path, &text[..text.len() / 2]).unwrap();
+    assert!(first.run(&context, trial).unwrap().1);
+    assert!(course(Some(folder.path()), 0.01).run(&context, trial).unwrap().1);
+}
+
+#[test]
+fn all_methods_of_a_seed_have_one_task() {
+    let course = course(None, 0.0);
+    let trials = course.trials(Scenario::Glare, &[Level::L2], &[], &[6000]);
+    assert_eq!(
+        trials.iter().map(|trial| trial.setup.key).collect::<Vec<_>>(),
+        ["naive", "range", "median", "temporal", "drm"]
+    );
+    let worlds: Vec<_> = [&trials[0], &trials[4]].map(|trial| course.world(trial).unwrap()).into();
+    assert_eq!(
+        (&worlds[0].scene, worlds[0].start, worlds[0].goal),
+        (&worlds[1].scene, worlds[1].start, worlds[1].goal)
+    );
+    let apart_m = worlds[0].start.at.distance(worlds[0].goal);
+    assert!((APART_M[0]..=APART_M[1]).contains(&apart_m), "{apart_m}");
+    assert!(worlds[0].ideal_m() >= apart_m - 1e-9);
+}
+
+#[test]
+fn what_cannot_be_asked_for_is_refused() {
+    assert!(Course::new(&Config::default(), CameraMode::Small, 0.9, None).is_err());
+    assert!(Course::new(&Config::default(), CameraMode::Small, f64::NAN, None).is_err());
+    let missing = Config { weights: "/nowhere/at/all".into(), ..Config::default() };
+    assert!(Course::new(&missing, CameraMode::Small, 0.0, None).is_err());
+}
