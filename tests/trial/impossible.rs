@@ -5,6 +5,7 @@ use limpid::Error;
 use limpid::offline::trial::{Limits, Outcome, Pose, Report, Terms, World};
 use limpid::sim::Scene;
 use limpid::sim::scene::Room;
+use limpid::sim::walker::Walker;
 
 use super::{config, driven, hall, world};
 use crate::sim::a_box;
@@ -44,6 +45,15 @@ fn a_world_without_floor_has_no_task() {
     let mut scene = hall();
     scene.rooms.clear();
     refused(&scene, [5.0, 0.0], "no floor");
+}
+
+#[test]
+fn people_are_not_driven_among() {
+    let mut scene = hall();
+    let waypoints_m = vec![[3.0, 1.0]];
+    let (speed_m_s, ahead_s, radius_m, height_m, material) = (1.0, 0.0, 0.2, 1.7, "walls".into());
+    scene.walkers = vec![Walker { waypoints_m, speed_m_s, ahead_s, radius_m, height_m, material }];
+    refused(&scene, [5.0, 0.0], "people walk");
 }
 
 #[test]

@@ -76,6 +76,9 @@ impl World {
         if self.scene.rooms.is_empty() {
             return Some("the world has no floor".into());
         }
+        if !self.scene.walkers.is_empty() {
+            return Some("people walk in the world, and collisions with them are not looked for".into());
+        }
         for (what, at) in [("start", self.start.at), ("goal", self.goal)] {
             if !at.is_finite() {
                 return Some(format!("the {what} is not a place"));
