@@ -4,9 +4,9 @@ use std::collections::HashMap;
 use std::net::SocketAddr;
 use std::sync::Arc;
 
-use foxglove::websocket_server::WebSocketServerHandle;
 use foxglove::{
     ChannelBuilder, Context, FoxgloveError, PartialMetadata, RawChannel, Schema, WebSocketServer,
+    WebSocketServerHandle,
 };
 
 use crate::base::{Error, Result};
