@@ -13,7 +13,7 @@ use std::sync::Arc;
 
 use glam::{DVec2, DVec3};
 
-use self::build::{Builder, map_job};
+use self::build::{Builder, map_job, with_fusion};
 use self::channel::{Channel, Published};
 pub(crate) use self::checks::frame as check_frame;
 use self::goal::towards_goal;
@@ -139,6 +139,7 @@ impl Mapper {
     /// # Errors
     /// As there.
     pub fn on(context: &Context, config: &Config, sensors: &[SensorInfo], options: &Options) -> Result<Self> {
+        let sensors = &with_fusion(sensors)[..];
         let map = Arc::new(map_job(config, sensors, options)?);
         let store = Store::new(context);
         let builder = Builder { context, options, map: &map, sensors };

@@ -12,9 +12,9 @@ impl Default for Config {
         Self {
             method: Method::Auto,
             weights: String::new(),
-            fusion: Fusion::Weight,
-            evidence_exponent: 8.0,
-            evidence_least_hits: 2.0,
+            fusion: Fusion::Auto,
+            evidence_exponent: 6.0,
+            evidence_least_hits: 3.0,
             depth_topic: String::new(),
             depth_info_topic: String::new(),
             color_topic: String::new(),

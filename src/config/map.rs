@@ -20,6 +20,8 @@ pub enum GroundSource {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Fusion {
+    /// By evidence where a camera of the map has method drm, else by weight.
+    Auto,
     /// By the mean of R over the hits, as in the paper.
     Weight,
     /// As by weight, with 1 in place of R.

@@ -97,6 +97,33 @@ pub(super) fn map_job(config: &Config, sensors: &[SensorInfo], options: &Options
     })
 }
 
+/// The sensors with a fusion in place of [`Fusion::Auto`]: that of the cameras that state one, else evidence where a camera has
+/// method drm, and weight where none has.
+pub(super) fn with_fusion(sensors: &[SensorInfo]) -> Vec<SensorInfo> {
+    let is_camera = |sensor: &&SensorInfo| matches!(sensor.model, SensorModel::Camera(_));
+    let cameras = || sensors.iter().filter(is_camera);
+    let stated = cameras().map(|camera| camera.config.fusion).find(|fusion| *fusion != Fusion::Auto);
+    let evidence = match stated {
+        Some(fusion) => fusion == Fusion::Evidence,
+        None => cameras().any(|camera| method_of(camera) == Method::Drm),
+    };
+    let settled = if evidence { Fusion::Evidence } else { Fusion::Weight };
+    let mut sensors = sensors.to_vec();
+    for sensor in sensors.iter_mut().filter(|sensor| sensor.config.fusion == Fusion::Auto) {
+        sensor.config.fusion = settled;
+    }
+    sensors
+}
+
+/// The method that a camera comes to.
+fn method_of(camera: &SensorInfo) -> Method {
+    let color = match &camera.model {
+        SensorModel::Camera(info) => info.color.is_some() && camera.color_missing.is_none(),
+        _ => false,
+    };
+    camera.config.resolved(color).method
+}
+
 /// Whether the cameras' cells hold evidence for and against: all of them do, or none, as they share the cells.
 fn one_fusion(sensors: &[SensorInfo]) -> Result<bool> {
     let cameras = sensors.iter().filter(|sensor| matches!(sensor.model, SensorModel::Camera(_)));

@@ -50,6 +50,8 @@ fn methods_are_those_of_the_spec() {
         assert!(all[..5].iter().all(|c| c.config.fusion == Fusion::Weight), "baselines have the paper's");
         assert!(frontier(&config(fusion)).iter().all(|c| is_frontier(c.key) && c.config.fusion == fusion));
     }
+    assert_eq!(contestants(&config(Fusion::Auto)), contestants(&config(Fusion::Evidence)));
+    assert_eq!(frontier(&config(Fusion::Auto)), frontier(&config(Fusion::Evidence)));
     assert!(!is_frontier("drm"));
     let all = contestants(&Config { min_hits: 5, lambda: 0.8, ..config(Fusion::Gate) });
     assert!(all.iter().all(|c| c.config.lambda == 0.8 && c.config.min_hits == 5), "map settings are shared");
@@ -87,4 +89,28 @@ fn both_fusions_get_what_they_would_alone() {
         differ |= weight.costmap != gate.costmap;
     }
     assert!(differ, "weights near 0.5 never reach 0.7, gated ones do");
+}
+
+#[test]
+fn unless_stated_drm_has_evidence_and_range_the_mean() {
+    if skipped() {
+        return;
+    }
+    let occupancy = |method, fusion| {
+        let config = Config { method, ..config(fusion) };
+        let options = all().with_color_of(std::iter::once(&frame(0)));
+        let mut pipeline = Pipeline::open(&config, &frame(0), &options).unwrap();
+        let outs = [0, 1].map(|index| step(&mut pipeline, &frame(index)));
+        outs.map(|out| out.layers.as_ref().unwrap().occupancy.clone())
+    };
+    for (method, taken, other) in [
+        (Method::Drm, Fusion::Evidence, Fusion::Weight),
+        (Method::Auto, Fusion::Evidence, Fusion::Weight),
+        (Method::Range, Fusion::Weight, Fusion::Evidence),
+    ] {
+        let unless_stated = occupancy(method, Fusion::Auto);
+        assert!(unless_stated[1].iter().any(|&p| p > 0.0));
+        assert_eq!(unless_stated, occupancy(method, taken), "{method:?}");
+        assert_ne!(unless_stated, occupancy(method, other), "{method:?}");
+    }
 }

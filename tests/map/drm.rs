@@ -4,7 +4,7 @@ use crate::support::run::Options;
 use crate::support::run::Pipeline;
 use limpid::Config;
 use limpid::base::Rigid;
-use limpid::config::Method;
+use limpid::config::{Fusion, Method};
 use limpid::network::weights::{NATIVE_SIZE, Network};
 use limpid::network::{Backend, Inference};
 use limpid::sensor::{ColorImage, DepthSamples, RgbdFrame};
@@ -22,7 +22,7 @@ const WEIGHTS: &str = "testdata/reference/network.safetensors";
 const ROUNDING: Tolerance = Tolerance { absolute: 2e-5, reason: "float32 from pixels to reliability" };
 
 fn config() -> Config {
-    Config { method: Method::Drm, weights: WEIGHTS.into(), ..Config::default() }
+    Config { method: Method::Drm, fusion: Fusion::Weight, weights: WEIGHTS.into(), ..Config::default() }
 }
 
 fn network() -> Network {

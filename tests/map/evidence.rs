@@ -239,4 +239,9 @@ fn cameras_of_one_map_share_the_fusion() {
     assert!(error.contains("fusion") && error.contains("`front` and `rear` differ"), "{error}");
     cameras[0].config.fusion = Fusion::Weight;
     assert!(open(&cameras).is_ok(), "weight and gate both keep p");
+    // Without a word of it: what another camera states.
+    cameras[0].config.fusion = Fusion::Auto;
+    assert!(open(&cameras).is_ok());
+    cameras[1].config.fusion = Fusion::Evidence;
+    assert!(open(&cameras).is_ok());
 }

@@ -150,7 +150,7 @@ fn truth_weighted_hits_are_doubtful_only_where_surer_ones_marked_the_cell() {
         return;
     }
     let config = config();
-    assert_eq!((config.fusion, config.lidar_clears_camera), (Fusion::Weight, LidarClearsCamera::Doubtful));
+    assert_eq!((config.fusion, config.lidar_clears_camera), (Fusion::Auto, LidarClearsCamera::Doubtful));
     let sensors = [camera("front", &config, small_camera(), true), camera_and_lidar(&config)[LIDAR].clone()];
     for (weak_frames, said) in [(0, (6, 254)), (3, (5, 0))] {
         let mut rig = Rig::open(&config, &sensors);

@@ -87,8 +87,13 @@ fn history_as(config: &Config, looks: &[Look]) -> (Vec<u32>, [f32; 2], Ring) {
 }
 
 fn history(looks: &[Look]) -> (Vec<u32>, [f32; 2]) {
-    let (states, holds, _) = history_as(&Config::default(), looks);
+    let (states, holds, _) = history_as(&spec(), looks);
     (states, holds)
+}
+
+/// The spec's values.
+fn spec() -> Config {
+    Config { evidence_exponent: 8.0, evidence_least_hits: 2.0, ..Config::default() }
 }
 
 const NOTHING: Look = Look { hits: None, share: 0.0, floor: false, beside: false, distance_m: 2.0 };
@@ -158,7 +163,7 @@ fn truth_looks_through_compete_with_hits() {
     let (states, [_, against]) = history(&[floor; 3]);
     assert_eq!(states, [1, 1, 1], "a floor point frees");
     assert_close("against", &[against], &[0.07 * (1.0 + 0.8 + 0.64)], EVIDENCE);
-    let out = run_as(&Config::default(), 1, &empty(1), 1, false, &[NOTHING]);
+    let out = run_as(&spec(), 1, &empty(1), 1, false, &[NOTHING]);
     assert_eq!((kept(&out), out.floats("evidence")[0]), (empty(1), -1.0), "nothing seen, nothing changed");
 }
 
@@ -169,7 +174,7 @@ fn truth_heights_are_forgotten_with_the_evidence() {
     }
     let top = |clear: usize| {
         let looks = [[SURE; 3].as_slice(), &vec![CLEAR; clear]].concat();
-        let (states, [support, _], ring) = history_as(&Config::default(), &looks);
+        let (states, [support, _], ring) = history_as(&spec(), &looks);
         (states.last().copied(), support, ring.0[0][3])
     };
     let (state, support, steps) = top(3);
@@ -185,10 +190,10 @@ fn confirmations_and_temporal_rejection_hold_as_for_the_mean() {
     }
     let first =
         |config: &Config, looks: &[Look]| history_as(config, looks).0.iter().position(|state| *state == 2);
-    let config = Config { confirmations: 6, ..Config::default() };
+    let config = Config { confirmations: 6, ..spec() };
     assert_eq!(first(&config, &[SURE; 8]), Some(5));
     assert_eq!(first(&config, &[SURE, SURE, SURE, CLEAR, SURE, SURE, SURE]), None);
-    let config = Config { method: limpid::config::Method::Temporal, ..Config::default() };
+    let config = Config { method: limpid::config::Method::Temporal, ..spec() };
     assert_eq!(first(&config, &[SURE; 5]), Some(3), "the third hit is the first that counts");
 }
 
@@ -220,7 +225,7 @@ fn compare_with_twin(side: u32, timed: bool, frames: u32, seed: u64) -> usize {
             (centre - AT_M).length()
         };
         let looks: Vec<Look> = (0..cells).map(|i| random_look(&mut random, distance_m(i))).collect();
-        let out = run_as(&Config::default(), side, &ring, tick, timed, &looks);
+        let out = run_as(&spec(), side, &ring, tick, timed, &looks);
         ring = kept(&out);
         let before: Vec<_> = twins.iter().map(|twin| twin.state).collect();
         let a: Vec<f64> = twins
@@ -259,7 +264,7 @@ fn twin_of_random_looks_at_all_sizes() {
         changes += compare_with_twin(side, timed, 20, 60 + u64::from(side));
     }
     assert!(changes > 500, "{changes} changes of state");
-    fragment(&Config::default(), 1, &empty(1), 1, false, &[SURE]).refuses_nothing(UPDATE_BY_EVIDENCE);
+    fragment(&spec(), 1, &empty(1), 1, false, &[SURE]).refuses_nothing(UPDATE_BY_EVIDENCE);
 }
 
 #[test]
@@ -268,7 +273,7 @@ fn control_the_comparison_turns_red() {
         return;
     }
     let out =
-        run_as(&Config::default(), 1, &empty(1), 1, false, &[Look { hits: Some((5.0, 4.0)), ..NOTHING }]);
+        run_as(&spec(), 1, &empty(1), 1, false, &[Look { hits: Some((5.0, 4.0)), ..NOTHING }]);
     let want = (0.8_f64 / 0.9).powi(8);
     assert!(compare("a", &out.floats("evidence"), &[want], EVIDENCE).is_ok());
     assert!(compare("a", &out.floats("evidence"), &[(0.8_f64 / 0.9).powi(9)], EVIDENCE).is_err());
@@ -283,7 +288,7 @@ fn truth_cameras_that_overlap_count_no_more_than_one() {
     let after = |ticks: &[u32]| {
         let ring = ticks.iter().fold(empty(1), |ring, &tick| {
             kept(&run_as(
-                &Config::default(),
+                &spec(),
                 1,
                 &ring,
                 tick,
@@ -304,7 +309,7 @@ fn poison_stays_in_its_cell_and_in_bounds() {
     if skipped() {
         return;
     }
-    let config = Config::default();
+    let config = spec();
     let hits = [[u32::MAX; 4], [0, 9, 9, 0], [1, 0, 7, !7], [0; 4]];
     let poison = [u32::MAX, f32::NAN.to_bits(), f32::INFINITY.to_bits(), 0xff80_0000];
     let cells = vec![poison, [0; 4], [0; 4], poison];

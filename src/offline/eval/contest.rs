@@ -14,7 +14,7 @@ const STRICT_HITS: u32 = 3;
 const EXPONENTS: [(&str, f64); 5] = [
     ("evidence_exponent: 2", 2.0),
     ("evidence_exponent: 4", 4.0),
-    ("evidence_exponent: 6", 6.0),
+    ("evidence_exponent: 8", 8.0),
     ("evidence_exponent: 12", 12.0),
     ("evidence_exponent: 16", 16.0),
 ];
@@ -51,19 +51,27 @@ pub fn contestants(config: &Config) -> Vec<Contestant> {
         with("naive_3_hits", Method::Naive),
     ];
     all[4].config.min_hits = STRICT_HITS.max(config.min_hits);
-    all.push(Contestant { key: "drm", config: Config { method: Method::Drm, ..config.clone() } });
+    let own = fusion_of_drm(config);
+    let drm = Config { method: Method::Drm, fusion: own, ..config.clone() };
+    all.push(Contestant { key: "drm", config: drm });
     // Reliability is 0 wherever drm takes no depth, so the wider range of naive lets nothing else in.
-    for (key, fusion) in OTHER_FUSIONS.into_iter().filter(|(_, fusion)| *fusion != config.fusion) {
+    for (key, fusion) in OTHER_FUSIONS.into_iter().filter(|(_, fusion)| *fusion != own) {
         all.push(Contestant { key, config: Config { method: Method::Naive, fusion, ..config.clone() } });
     }
     all
 }
 
+/// The fusion that method drm has.
+fn fusion_of_drm(config: &Config) -> Fusion {
+    if config.fusion == Fusion::Auto { Fusion::Evidence } else { config.fusion }
+}
+
 /// Method drm's fusion at other points of its frontier between false obstacles and missed ones, by the key that the fusion has for that:
 /// they take the reliability of drm before them.
 pub fn frontier(config: &Config) -> Vec<Contestant> {
-    let base = Config { method: Method::Naive, ..config.clone() };
-    if config.fusion == Fusion::Evidence {
+    let fusion = fusion_of_drm(config);
+    let base = Config { method: Method::Naive, fusion, ..config.clone() };
+    if fusion == Fusion::Evidence {
         let of = |(key, evidence_exponent)| Contestant {
             key,
             config: Config { evidence_exponent, ..base.clone() },
