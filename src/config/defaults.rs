@@ -14,7 +14,7 @@ impl Default for Config {
             weights: String::new(),
             fusion: Fusion::Auto,
             evidence_exponent: 6.0,
-            evidence_least_hits: 3.0,
+            evidence_least_hits: 8.0,
             depth_topic: String::new(),
             depth_info_topic: String::new(),
             color_topic: String::new(),

@@ -51,7 +51,7 @@ impl Cell {
         self.opposed = after(self.opposed, b, 0.8);
         let need = if look.beside { 0.44 } else { 1.75 };
         let (support, opposed) = (self.support, self.opposed);
-        if support >= need && support >= 2.25 * opposed {
+        if support >= need && support >= 2.0 * opposed {
             self.state = State::Occupied;
         } else if self.state == State::Occupied && (support < 0.22 || support < 1.75 * opposed) {
             self.state = State::Unknown;
@@ -68,7 +68,7 @@ impl Cell {
         if support == 0.0 && opposed == 0.0 {
             return f64::INFINITY;
         }
-        let to = [1.75, 0.44, 0.22, 2.25 * opposed, 1.75 * opposed].map(|edge| (support - edge).abs());
+        let to = [1.75, 0.44, 0.22, 2.0 * opposed, 1.75 * opposed].map(|edge| (support - edge).abs());
         to.into_iter().fold((opposed - 0.002).abs(), f64::min)
     }
 }

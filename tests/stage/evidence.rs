@@ -154,7 +154,7 @@ fn truth_looks_through_compete_with_hits() {
     }
     let contested = |share| Look { share, ..SURE };
     let last = |share| *history(&[contested(share); 60]).0.last().unwrap();
-    // What is against goes towards 5 b. 8.75 is 2.25 times that for b up to 0.777, and with 0.8 it is so for a while before.
+    // What is against goes towards 5 b. 8.75 is twice that for b up to 0.875.
     assert_eq!([0.0, 0.5, 0.75, 0.8].map(last), [2, 2, 2, 2], "once occupied it stays so");
     let found_free =
         |share| *history(&[[CLEAR; 9].as_slice(), &[contested(share); 60]].concat()).0.last().unwrap();

@@ -29,7 +29,7 @@ const NEAREST_M = 0.3;
 const FLOOR_AGAINST = 0.07;
 
 // Occupied where the evidence for is that many times what is against; no longer where it is under RELEASED times, or under LEAST_FOR.
-const OCCUPIED_BY = 2.25;
+const OCCUPIED_BY = 2.0;
 const RELEASED_BY = 1.75;
 const LEAST_FOR = 0.22;
 // Free from so much against it; and the heights that were hit are forgotten where no more than FORGOTTEN_FOR is left.
