@@ -81,6 +81,12 @@ pub(crate) fn execute(arguments: &PlayArguments) -> Result<()> {
     for skipped in &report.read.skipped {
         println!("skipped {} x {}: {}", skipped.count, skipped.source, skipped.reason);
     }
+    if report.rejoined > 0 {
+        eprintln!(
+            "limpid: joined the domain again {} times, as DDS had ended: the process was stopped, or the computer slept",
+            report.rejoined
+        );
+    }
     if report.held_up > 0 {
         println!(
             "held up: {} messages were not sent, as a reliable subscriber did not answer",

@@ -70,22 +70,47 @@ pub fn run_node(
         None => Context::open(options.adapter.as_deref(), false)?,
     };
     say(&format!("adapter: {}", context.describe()));
-    let participant = Participant::join(environment)?;
-    let mut node = Node::open(options, environment, &participant, context)?;
-    if let Some(address) = options.foxglove {
-        node.serve_foxglove(address, say)?;
+    let mut before = Before { context: Some(context), health: Health::default() };
+    loop {
+        let participant = Participant::join(environment)?;
+        let mut node = Node::open(options, environment, &participant, before)?;
+        if let Some(address) = options.foxglove {
+            node.serve_foxglove(address, say)?;
+        }
+        say(&format!("{} in ROS domain {}", options.naming.full_name(), environment.domain));
+        let lines = RefCell::new(Vec::new());
+        let ended = node.turn_until(stop, &lines, &mut |line| {
+            say(line);
+            lines.borrow_mut().push(line.to_owned());
+        });
+        if let Ok(End::Deaf) = ended {
+            say(
+                "FAULT: DDS has ended, as it does where the process was stopped or the computer slept: joins the domain again",
+            );
+            before = node.to_go_on();
+            continue;
+        }
+        node.supervisor.stopping();
+        let left = node.publisher.leave_unknown();
+        node.count_messages();
+        node.health.summary().iter().for_each(|line| say(line));
+        return ended.map(|_| ()).and(left);
     }
-    say(&format!("{} in ROS domain {}", options.naming.full_name(), environment.domain));
-    let lines = RefCell::new(Vec::new());
-    let ended = node.turn_until(stop, &lines, &mut |line| {
-        say(line);
-        lines.borrow_mut().push(line.to_owned());
-    });
-    node.supervisor.stopping();
-    let left = node.publisher.leave_unknown();
-    node.count_messages();
-    node.health.summary().iter().for_each(|line| say(line));
-    ended.and(left)
+}
+
+/// Why a node's turns end.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum End {
+    /// It is asked for.
+    Asked,
+    /// DDS has ended.
+    Deaf,
+}
+
+/// What goes on where a node joins again.
+struct Before {
+    context: Option<Context>,
+    health: Health,
 }
 
 /// The parameters with the full names of all topics: a name without a slash in front is one of the node's namespace.
@@ -156,7 +181,7 @@ impl<'a> Node<'a> {
         options: &'a NodeOptions,
         environment: &Environment,
         participant: &'a Participant,
-        context: Context,
+        Before { context, health }: Before,
     ) -> Result<Self> {
         let (config, now) = (options.config.clone(), Instant::now());
         let inbox = Inbox::open()?;
@@ -176,8 +201,8 @@ impl<'a> Node<'a> {
             reading: None,
             mapping: None,
             building: None,
-            context: Some(context),
-            health: Health::default(),
+            context,
+            health,
             time: Timeline::new(config.use_sim_time),
             supervisor: Supervisor::of_environment(),
             began: now,
@@ -202,10 +227,13 @@ impl<'a> Node<'a> {
         stop: &Stop,
         lines: &RefCell<Vec<String>>,
         say: &mut dyn FnMut(&str),
-    ) -> Result<()> {
+    ) -> Result<End> {
         self.supervisor.ready();
         while !stop.is_set() {
             let now = Instant::now();
+            if now >= self.next_second && !self.participant.is_alive() {
+                return Ok(End::Deaf);
+            }
             self.look(now, say)?;
             self.receive(now, say)?;
             if let Err(error) = self.map(now, say) {
@@ -215,7 +243,15 @@ impl<'a> Node<'a> {
             self.log(lines)?;
             self.sleep();
         }
-        Ok(())
+        Ok(End::Asked)
+    }
+
+    /// What the next one begins with. The map begins anew: nobody knows how long ago its last data are.
+    fn to_go_on(mut self) -> Before {
+        self.count_messages();
+        self.health.restarts += 1;
+        self.health.last_restart = Some("DDS had ended".into());
+        Before { context: self.context.take(), health: std::mem::take(&mut self.health) }
     }
 
     /// What was said goes to `/rosout` too.

@@ -11,13 +11,19 @@ use crate::live::Stop;
 use crate::message::RosMessage;
 use crate::message::live::Clock;
 use crate::message::ros2::{Time, encode_cdr};
-use crate::ros2::{Environment, Naming, Participant, Publication, Quality};
+use crate::ros2::{Bytes, Environment, Naming, Participant, Publication, Quality};
 
 /// A pause in the recording longer than this is left out, nanoseconds: the clock that stamped it was set, or somebody slept.
 const LONGEST_PAUSE_NS: u64 = 60_000_000_000;
 
 /// How long subscribers that are found one after the other may be apart.
 const QUIET: Duration = Duration::from_millis(500);
+
+/// How often it is looked whether DDS still runs.
+const LOOK: Duration = Duration::from_secs(1);
+
+/// Most messages of a topic that hold for all time, which are sent again where the domain is joined again.
+const MOST_FIXED: u16 = 100;
 
 /// How long the end waits for readers that still fetch what was sent.
 const LINGER: Duration = Duration::from_secs(1);
@@ -48,6 +54,8 @@ pub struct PlayReport {
     pub sent: u64,
     /// Messages not sent, as a reliable reader did not answer.
     pub held_up: u64,
+    /// Times the domain was joined again, as DDS had ended: the process was stopped, or the computer slept.
+    pub rejoined: u64,
     /// Times the recording was played to its end.
     pub rounds: u64,
     /// Topics that are not played, and why.
@@ -98,10 +106,20 @@ pub fn play(
 
 struct Player<'a> {
     options: &'a PlayOptions,
+    environment: &'a Environment,
     participant: Participant,
     publications: Vec<Publication>,
     clock: Option<Publication>,
+    /// What was sent and holds for all time, the newest of each topic, with its topic.
+    fixed: Vec<(usize, Bytes)>,
+    next_look: Instant,
     report: PlayReport,
+}
+
+/// The publication of `/clock`, where it is told.
+fn clock(participant: &Participant, options: &PlayOptions) -> Result<Option<Publication>> {
+    let publish = |_| participant.publish("/clock", Clock::TYPE, Quality::Stream { depth: 1 });
+    options.clock_hz.map(publish).transpose()
 }
 
 /// Where a round is in time.
@@ -133,15 +151,54 @@ impl Pace {
 }
 
 impl<'a> Player<'a> {
-    fn open(playback: &Playback, options: &'a PlayOptions, environment: &Environment) -> Result<Self> {
+    fn open(playback: &Playback, options: &'a PlayOptions, environment: &'a Environment) -> Result<Self> {
         let participant = Participant::join(environment)?;
-        let clock = options
-            .clock_hz
-            .map(|_| participant.publish("/clock", Clock::TYPE, Quality::Stream { depth: 1 }));
-        let (clock, report) = (clock.transpose()?, PlayReport::default());
-        let mut player = Self { options, publications: Vec::new(), clock, participant, report };
+        let mut player = Self {
+            options,
+            environment,
+            publications: Vec::new(),
+            clock: clock(&participant, options)?,
+            fixed: Vec::new(),
+            next_look: Instant::now() + LOOK,
+            participant,
+            report: PlayReport::default(),
+        };
         player.publish_more(playback.topics())?;
         Ok(player)
+    }
+
+    /// Joins the domain again where DDS has ended, and sends again what holds for all time.
+    fn look(&mut self, topics: &[PlayedTopic]) -> Result<()> {
+        let now = Instant::now();
+        if now < self.next_look {
+            return Ok(());
+        }
+        self.next_look = now + LOOK;
+        if self.participant.is_alive() {
+            return Ok(());
+        }
+        self.report.rejoined += 1;
+        (self.publications, self.clock) = (Vec::new(), None);
+        self.participant = Participant::join(self.environment)?;
+        self.clock = clock(&self.participant, self.options)?;
+        self.publish_more(topics)?;
+        for (topic, payload) in &self.fixed {
+            if let Some(publication) = self.publications.get(*topic) {
+                publication.send(payload.clone())?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Keeps a message that holds for all time.
+    fn keep(&mut self, topic: usize, payload: &Bytes) {
+        let of_topic = |kept: &&(usize, Bytes)| kept.0 == topic;
+        if self.fixed.iter().filter(of_topic).count() >= usize::from(MOST_FIXED)
+            && let Some(oldest) = self.fixed.iter().position(|kept| kept.0 == topic)
+        {
+            self.fixed.remove(oldest);
+        }
+        self.fixed.push((topic, payload.clone()));
     }
 
     /// Publishes the topics that are new: a file without a summary may tell some late.
@@ -150,7 +207,7 @@ impl<'a> Player<'a> {
             let quality = match topic.purpose {
                 Purpose::Sensor if self.options.reliable => Quality::SensorReliable,
                 Purpose::Sensor => Quality::Sensor,
-                Purpose::Fixed => Quality::Latched { depth: 100 },
+                Purpose::Fixed => Quality::Latched { depth: MOST_FIXED },
                 Purpose::Stream => Quality::Stream { depth: 100 },
             };
             let name = self.options.naming.resolve(&topic.name)?;
@@ -186,13 +243,14 @@ impl<'a> Player<'a> {
         let skipped_ns = duration_ns(self.options.start_s);
         let mut first_ns = None;
         while let Some(played) = playback.next_message()? {
+            self.look(playback.topics())?;
             self.publish_more(playback.topics())?;
             let start_ns = first_ns.get_or_insert(played.at_ns).saturating_add(skipped_ns);
             let fixed =
                 playback.topics().get(played.topic).is_some_and(|topic| topic.purpose == Purpose::Fixed);
             if played.at_ns < start_ns && pace.is_none() {
                 if fixed {
-                    self.send(played)?;
+                    self.send(played, fixed)?;
                 }
                 continue;
             }
@@ -203,7 +261,7 @@ impl<'a> Player<'a> {
             if self.wait(pace, due, stop)? {
                 return Ok(());
             }
-            self.send(played)?;
+            self.send(played, fixed)?;
         }
         self.report.rounds += 1;
         Ok(())
@@ -228,9 +286,12 @@ impl<'a> Player<'a> {
         }
     }
 
-    fn send(&mut self, played: Played) -> Result<()> {
-        let publication = &self.publications[played.topic];
-        if publication.send(played.payload)? {
+    fn send(&mut self, played: Played, fixed: bool) -> Result<()> {
+        let payload = Bytes::from(played.payload);
+        if fixed {
+            self.keep(played.topic, &payload);
+        }
+        if self.publications[played.topic].send(payload)? {
             self.report.sent += 1;
         } else {
             self.report.held_up += 1;

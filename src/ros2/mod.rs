@@ -9,6 +9,7 @@ mod participant;
 mod qos;
 mod raw;
 mod service;
+mod vigil;
 
 pub use announce::Announcement;
 pub use environment::Environment;

@@ -18,12 +18,14 @@ use crate::ros2::qos::Quality;
 use crate::ros2::raw::{ENCAPSULATION, LITTLE_ENDIAN, Raw};
 use crate::ros2::ros2_error;
 use crate::ros2::service::Origin;
+use crate::ros2::vigil::Vigil;
 
 /// See the module. Dropping it leaves the domain.
 pub struct Participant {
     dds: DomainParticipant,
     publisher: rustdds::Publisher,
     subscriber: rustdds::Subscriber,
+    vigil: Vigil,
 }
 
 impl Participant {
@@ -37,13 +39,19 @@ impl Participant {
         if let Some(networks) = environment.networks() {
             builder = builder.with_only_networks(networks);
         }
-        let dds = builder.build().map_err(failed)?;
+        let (dds, vigil) = Vigil::of(|| builder.build()).map_err(failed)?;
         let none = QosPolicies::qos_none();
         Ok(Self {
             publisher: dds.create_publisher(&none).map_err(failed)?,
             subscriber: dds.create_subscriber(&none).map_err(failed)?,
             dds,
+            vigil,
         })
+    }
+
+    /// Whether it still sends and receives; not after the process was stopped or the computer slept. Then another has to join.
+    pub fn is_alive(&self) -> bool {
+        self.vigil.all_run()
     }
 
     /// What is known of others now.

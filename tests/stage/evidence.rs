@@ -272,8 +272,7 @@ fn control_the_comparison_turns_red() {
     if skipped() {
         return;
     }
-    let out =
-        run_as(&spec(), 1, &empty(1), 1, false, &[Look { hits: Some((5.0, 4.0)), ..NOTHING }]);
+    let out = run_as(&spec(), 1, &empty(1), 1, false, &[Look { hits: Some((5.0, 4.0)), ..NOTHING }]);
     let want = (0.8_f64 / 0.9).powi(8);
     assert!(compare("a", &out.floats("evidence"), &[want], EVIDENCE).is_ok());
     assert!(compare("a", &out.floats("evidence"), &[(0.8_f64 / 0.9).powi(9)], EVIDENCE).is_err());
@@ -287,14 +286,7 @@ fn truth_cameras_that_overlap_count_no_more_than_one() {
     // Two cameras of 30 Hz, in turns every 2 or 1 ticks, and one camera: 0.2 s each.
     let after = |ticks: &[u32]| {
         let ring = ticks.iter().fold(empty(1), |ring, &tick| {
-            kept(&run_as(
-                &spec(),
-                1,
-                &ring,
-                tick,
-                true,
-                &[Look { hits: Some((5.0, 4.0)), ..NOTHING }],
-            ))
+            kept(&run_as(&spec(), 1, &ring, tick, true, &[Look { hits: Some((5.0, 4.0)), ..NOTHING }]))
         });
         f64::from(f32::from_bits(ring.0[0][0]))
     };
