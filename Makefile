@@ -34,6 +34,6 @@ live-faults: setup
 # What a change must pass besides the tests.
 check:
 	$(CARGO) fmt --check
-	$(CARGO) clippy --release --all-targets -- -D warnings
+	$(CARGO) clippy --release --all-targets --features foxglove -- -D warnings
 	$(CARGO) check --release --no-default-features --lib
 	RUSTDOCFLAGS="-D warnings" $(CARGO) doc --release --no-deps
