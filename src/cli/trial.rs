@@ -14,8 +14,8 @@ use limpid::{Config, Error, Result};
 
 use super::paths::{Paths, ends_in};
 use super::run::progress_bar;
-use super::save;
 use super::stop::{STOPPED, is_stopped, listen};
+use super::{save, tell};
 
 /// Settings of a quick look: scenario, levels, methods.
 type Setting = (Scenario, &'static [Level], &'static [&'static str]);
@@ -133,7 +133,11 @@ pub(crate) fn execute(arguments: &TrialArguments) -> Result<ExitCode> {
     }
     let context = Context::open(arguments.adapter.as_deref(), false)?;
     println!("adapter: {}", context.describe());
-    let report = Report { records: make(&course, &context, &trials)? };
+    if let Some(folder) = &arguments.png {
+        std::fs::create_dir_all(folder).map_err(Error::file(folder))?;
+    }
+    let (records, failed) = make(&course, &context, &trials)?;
+    let report = Report { records };
     print!("{}", report.text());
     if let Some(path) = &arguments.json {
         save(path, &format!("{:#}\n", report.json()))?;
@@ -145,7 +149,11 @@ pub(crate) fn execute(arguments: &TrialArguments) -> Result<ExitCode> {
     if let Some(folder) = &arguments.png {
         draw(&report.records, folder)?;
     }
-    Ok(ExitCode::from(if is_stopped() { STOPPED } else { 0 }))
+    Ok(ExitCode::from(match (is_stopped(), failed) {
+        (true, _) => STOPPED,
+        (false, 0) => 0,
+        _ => 1,
+    }))
 }
 
 /// A picture for each world.
@@ -158,17 +166,24 @@ fn draw(records: &[Record], folder: &Path) -> Result<()> {
     worlds.iter().try_for_each(|(name, records)| picture::save(records, &folder.join(format!("{name}.png"))))
 }
 
-/// Makes the trials, or takes what is kept of them, up to where the user stops it.
-fn make(course: &Course, context: &Context, trials: &[Trial]) -> Result<Vec<Record>> {
+/// Makes the trials, or takes what is kept of them, up to where the user stops it; how many the GPU failed, which the next run makes.
+fn make(course: &Course, context: &Context, trials: &[Trial]) -> Result<(Vec<Record>, u32)> {
     listen();
     let bar = progress_bar(Some(trials.len() as u64));
-    let (mut records, begun, mut made, cpu) =
-        (Vec::new(), Instant::now(), 0_u32, ProcessTime::try_now().ok());
+    let (mut records, mut made, mut failed) = (Vec::new(), 0_u32, 0_u32);
+    let (begun, cpu) = (Instant::now(), ProcessTime::try_now().ok());
     for trial in trials {
         if is_stopped() {
             break;
         }
-        let (record, is_new) = course.run(context, trial)?;
+        let (record, is_new) = match course.run(context, trial) {
+            Err(error @ Error::Gpu { .. }) => {
+                bar.suspend(|| tell(&error));
+                failed += 1;
+                continue;
+            }
+            result => result?,
+        };
         bar.suspend(|| eprintln!("{}", record.line()));
         bar.inc(1);
         made += u32::from(is_new);
@@ -181,5 +196,8 @@ fn make(course: &Course, context: &Context, trials: &[Trial]) -> Result<Vec<Reco
         "{made} trials made in {minutes:.1} minutes, {:.0} a core-hour",
         f64::from(made) * 3600.0 / cpu_s.max(1e-3)
     );
-    Ok(records)
+    if failed > 0 {
+        println!("{failed} trials failed on the GPU; run again to make them");
+    }
+    Ok((records, failed))
 }
