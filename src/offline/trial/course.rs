@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::drive::{Label, Terms, drive};
 use super::record::Record;
 use super::robot::Limits;
-use super::setup::{Scenario, Setup};
+use super::setup::{Scenario, Setup, half_diagonal};
 use super::world::World;
 use crate::base::{Error, Result};
 use crate::config::Config;
@@ -38,7 +38,7 @@ impl CameraMode {
 }
 
 /// Raised whenever the same settings give another trial.
-const EDITION: u32 = 3;
+const EDITION: u32 = 4;
 
 /// Where sensors die in scenario `dying`, seconds after the robot was sent.
 const DIES_S: f64 = 6.0;
@@ -80,13 +80,15 @@ struct Kept {
 }
 
 impl Course {
-    /// With a user's configuration: the robot's radius and forgetting by time in place of frames are the trials' own.
+    /// With a user's configuration: the robot's radius, with half a cell's diagonal for what cells round off, and forgetting by time in
+    /// place of frames are the trials' own.
     ///
     /// # Errors
     /// [`Error::File`] where its weights cannot be read, [`Error::Config`].
     pub fn new(config: &Config, camera: CameraMode, drift: f64, keep: Option<PathBuf>) -> Result<Self> {
         let limits = Limits::default();
-        let config = Config { inscribed_radius_m: limits.radius_m, rate_independent: true, ..config.clone() };
+        let inscribed_radius_m = limits.radius_m + half_diagonal(config.resolution_m);
+        let config = Config { inscribed_radius_m, rate_independent: true, ..config.clone() };
         config.validate()?;
         if !(0.0..=0.5).contains(&drift) {
             return Err(Error::Config { key: "drift".into(), reason: format!("{drift} is not in [0, 0.5]") });

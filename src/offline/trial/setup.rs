@@ -94,9 +94,17 @@ impl Setup {
         Self { key, camera: Some(config.clone()), lidar: None, one_ring: false, config }
     }
 
-    fn lidar(key: &'static str, config: Config) -> Self {
+    /// Its cells are larger than a camera's, and round off more of the robot's radius.
+    fn lidar(key: &'static str, mut config: Config) -> Self {
+        config.inscribed_radius_m +=
+            half_diagonal(config.scan_resolution_m) - half_diagonal(config.resolution_m);
         Self { key, camera: None, lidar: Some(config.clone()), one_ring: false, config }
     }
+}
+
+/// How far a point may lie from the centre of its cell.
+pub fn half_diagonal(cell_m: f64) -> f64 {
+    cell_m * std::f64::consts::FRAC_1_SQRT_2
 }
 
 /// The five methods of the glare paper. The baselines have its fusion and its fixed height band: they know the floor, and mark
@@ -139,6 +147,6 @@ fn both(base: &Config) -> Vec<Setup> {
     vec![
         Setup::camera("camera", camera.clone()),
         Setup::lidar("lidar", config.clone()),
-        Setup { camera: Some(camera), ..Setup::lidar("both", config) },
+        Setup { key: "both", camera: Some(camera), lidar: Some(config.clone()), one_ring: false, config },
     ]
 }

@@ -21,7 +21,7 @@ pub const APART_M: [f64; 2] = [8.0, 15.0];
 const ROOM_M: f64 = 0.3;
 
 /// Width that the shortest way needs beside the robot, metres: what a costmap's cells cost at an obstacle's border.
-const CELLS_M: f64 = 0.05;
+const CELLS_M: f64 = 0.08;
 
 /// Pairs that are drawn in a scene, and scenes that are drawn, before giving up.
 const PAIRS: u32 = 60;
