@@ -74,7 +74,7 @@ mod tests {
 
     fn named(until: std::sync::mpsc::Receiver<()>) -> std::thread::JoinHandle<()> {
         let builder = std::thread::Builder::new().name(format!("{NAME} of a test"));
-        builder.spawn(move || drop(until.recv())).unwrap()
+        builder.spawn(move || until.recv().unwrap_or_default()).unwrap()
     }
 
     #[test]
