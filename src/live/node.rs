@@ -87,7 +87,7 @@ pub fn run_node(
             say(
                 "FAULT: DDS has ended, as it does where the process was stopped or the computer slept: joins the domain again",
             );
-            before = node.to_go_on();
+            before = node.into_before();
             continue;
         }
         node.supervisor.stopping();
@@ -247,7 +247,7 @@ impl<'a> Node<'a> {
     }
 
     /// What the next one begins with. The map begins anew: nobody knows how long ago its last data are.
-    fn to_go_on(mut self) -> Before {
+    fn into_before(mut self) -> Before {
         self.count_messages();
         self.health.restarts += 1;
         self.health.last_restart = Some("DDS had ended".into());

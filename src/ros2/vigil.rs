@@ -5,7 +5,7 @@
 //! leave.
 
 use std::collections::BTreeSet;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
@@ -64,7 +64,7 @@ fn threads() -> BTreeSet<PathBuf> {
     entries.map(|entry| entry.path()).filter(|thread| is_named(thread)).collect()
 }
 
-fn is_named(thread: &PathBuf) -> bool {
+fn is_named(thread: &Path) -> bool {
     std::fs::read_to_string(thread.join("comm")).is_ok_and(|name| name.starts_with(NAME))
 }
 
@@ -83,6 +83,10 @@ mod tests {
         let (first, second) = (std::sync::mpsc::channel(), std::sync::mpsc::channel());
         let other = std::sync::mpsc::channel();
         let stranger = named(other.1);
+        // It has its name only once it runs.
+        while threads().is_empty() {
+            std::thread::sleep(Duration::from_millis(1));
+        }
         let start = || Ok::<_, ()>([named(first.1), named(second.1)]);
         let ([one, two], vigil) = Vigil::of(start).unwrap();
         assert_eq!(vigil.threads.len(), COUNT);
