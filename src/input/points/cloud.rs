@@ -201,6 +201,9 @@ pub(super) fn place(scan: &mut Scan, what: &str, pose: Option<&foxglove::Pose>) 
         for point in &mut scan.points {
             let placed = pose.transform_point(DVec3::from(point.position_m().map(f64::from)));
             [point.x_m, point.y_m, point.z_m] = placed.to_array().map(narrow);
+            if !point.position_m().iter().all(|metres| metres.is_finite()) {
+                return Err(decode_error(what, "its pose takes points farther away than numbers go"));
+            }
         }
     }
     Ok(())

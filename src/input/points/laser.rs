@@ -36,8 +36,12 @@ impl Rays {
     }
 
     fn check(&self, rays: usize) -> Result<()> {
-        let numbers = [self.angle_min, self.angle_step, self.time_step_s];
-        if numbers.iter().any(|number| !number.is_finite())
+        #[expect(clippy::cast_precision_loss, reason = "far fewer rays than 2^53")]
+        let last = rays.saturating_sub(1) as f64;
+        // Where both ends are finite so is all between.
+        let ends = [self.angle_min, self.angle_min + last * self.angle_step, self.angle_step];
+        let times = [self.time_step_s, narrow(last * self.time_step_s).into()];
+        if ends.iter().chain(&times).any(|number| !number.is_finite())
             || self.range_min.is_nan()
             || self.range_max.is_nan()
         {

@@ -65,6 +65,20 @@ fn ranges_outside_of_the_limits_are_left_out_by_reason() {
     );
     refused(from_laser_scan(LaserScan { angle_min: nan, ..flat(&[1.0]) }), &["LaserScan", "not finite"]);
     refused(from_laser_scan(LaserScan { range_max: nan, ..flat(&[1.0]) }), &["LaserScan", "not finite"]);
+    // Finite for a ray, and not for the last.
+    let late = LaserScan { time_increment: f32::MAX, ..flat(&[1.0; 3]) };
+    refused(from_laser_scan(late), &["LaserScan", "not finite"]);
+    assert!(from_laser_scan(LaserScan { time_increment: f32::MAX, ..flat(&[1.0]) }).is_ok());
+    let echoes = vec![LaserEcho { echoes: vec![1.0] }; 3];
+    let late = LaserScan { time_increment: f32::MAX, ..flat(&[]) };
+    let late = MultiEchoLaserScan { ranges: echoes, ..multi_of(late) };
+    refused(from_multi_echo(late), &["MultiEchoLaserScan", "not finite"]);
+    let wide = foxglove::LaserScan { start_angle: -1e308, end_angle: 1e308, ..foxglove_flat(&[1.0; 3]) };
+    refused(from_foxglove(wide), &["foxglove.LaserScan", "not finite"]);
+    let mut far = foxglove_flat(&[1.0]);
+    let position = Some(foxglove::Vector3 { x: 1e300, y: 0.0, z: 0.0 });
+    far.pose = far.pose.map(|pose| foxglove::Pose { position, ..pose });
+    refused(from_foxglove(far), &["foxglove.LaserScan", "pose", "farther"]);
 }
 
 /// A scan of the same rays without any echo.
