@@ -3,6 +3,7 @@
 mod building;
 mod clouds;
 mod finding;
+mod full_names;
 mod health;
 mod mapping;
 mod node;

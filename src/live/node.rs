@@ -11,6 +11,7 @@ use crate::gpu::Context;
 use crate::live::Stop;
 use crate::live::building::Building;
 use crate::live::finding::HINT_FIRST;
+use crate::live::full_names::with_full_names;
 use crate::live::health::{Health, SensorHealth};
 use crate::live::mapping::{Mapping, Outcome};
 use crate::live::publisher::Publisher;
@@ -84,9 +85,7 @@ pub fn run_node(
             lines.borrow_mut().push(line.to_owned());
         });
         if let Ok(End::Deaf) = ended {
-            say(
-                "FAULT: DDS has ended, as it does where the process was stopped or the computer slept: joins the domain again",
-            );
+            say("FAULT: DDS has ended, as where the process was stopped or the computer slept: joins again");
             before = node.into_before();
             continue;
         }
@@ -111,30 +110,6 @@ enum End {
 struct Before {
     context: Option<Context>,
     health: Health,
-}
-
-/// The parameters with the full names of all topics: a name without a slash in front is one of the node's namespace.
-fn with_full_names(options: &NodeOptions) -> Result<Config> {
-    let full = |name: &str| if name.is_empty() { Ok(String::new()) } else { options.naming.expand(name) };
-    let expand = |config: &mut Config| -> Result<()> {
-        for name in [
-            &mut config.depth_topic,
-            &mut config.depth_info_topic,
-            &mut config.color_topic,
-            &mut config.color_info_topic,
-            &mut config.confidence_topic,
-            &mut config.odometry_topic,
-            &mut config.scan_topic,
-            &mut config.goal_topic,
-        ] {
-            *name = full(name)?;
-        }
-        Ok(())
-    };
-    let mut config = options.config.clone();
-    expand(&mut config)?;
-    config.sensors.iter_mut().try_for_each(|sensor| expand(&mut sensor.parameters))?;
-    Ok(config)
 }
 
 /// See the module.

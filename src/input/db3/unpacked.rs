@@ -14,8 +14,7 @@ use crate::input::start::open_file;
 /// Largest SQLite file that can be (2^32 - 2 pages of 64 KiB), bytes.
 const MOST_BYTES: u64 = 1 << 48;
 
-/// What is unpacked at most: so many times the packed bytes, and never less than a gibibyte. A bag of black images comes to a
-/// hundred times.
+/// What is unpacked at most: so many times the packed bytes, and never less than a gibibyte.
 const MOST_TIMES: u64 = 1000;
 const ALWAYS_BYTES: u64 = 1 << 30;
 
@@ -31,7 +30,8 @@ pub(in crate::input) struct Unpacked(TempPath);
 impl Unpacked {
     /// # Errors
     /// [`Error::File`] where the file cannot be read or the temporary one cannot be written; [`Error::Format`] for files that
-    /// are not packed SQLite, or hold more than a thousand times their own bytes. Of a file that is cut off or damaged what comes before is kept.
+    /// are not packed SQLite, or hold more than a thousand times their own bytes. Of a file that is cut off or damaged what comes
+    /// before is kept.
     pub(in crate::input) fn of(path: &Path) -> Result<Self> {
         let bytes = std::fs::metadata(path).map_err(Error::file(path))?.len();
         Self::of_at_most(path, most_of(bytes))
