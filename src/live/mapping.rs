@@ -32,8 +32,8 @@ pub(super) struct UnderWay {
 /// What became of an observation.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Outcome {
-    /// It went into the map.
-    Taken,
+    /// It went into the map; the map's time before and after it, nanoseconds.
+    Taken([u64; 2]),
     /// It was refused.
     Refused(Refused),
     /// It was refused like the ones before it: the sensor has changed.
@@ -97,6 +97,7 @@ impl Mapping {
     pub(super) fn submit(&mut self, waiting: Waiting, now: Instant) -> Result<Outcome> {
         let Waiting { observation, since } = waiting;
         let (sensor, stamp_ns) = (observation.sensor, observation.stamp_ns());
+        let before_ns = self.mapper.now_ns();
         if let Submitted::Refused(reason) = self.mapper.submit(&observation)? {
             return Ok(self.misfit(sensor, reason));
         }
@@ -110,7 +111,7 @@ impl Mapping {
         if self.infos.len() == 1 || self.rhythm.is_due(&self.mapper) {
             self.publish(None, now)?;
         }
-        Ok(Outcome::Taken)
+        Ok(Outcome::Taken([before_ns, self.mapper.now_ns()]))
     }
 
     fn begin(&mut self, observation: Option<Observation>, since: Instant, now: Instant) {

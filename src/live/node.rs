@@ -347,8 +347,8 @@ impl<'a> Node<'a> {
             let Some(waiting) = reading.waiting.pop_front() else { break };
             let (sensor, since) = (waiting.observation.sensor, waiting.since);
             let refused = match mapping.submit(waiting, now)? {
-                Outcome::Taken => {
-                    self.time.anchor(mapping.mapper.now_ns(), since);
+                Outcome::Taken(map_ns) => {
+                    self.time.took(map_ns, since);
                     self.health.took(sensor, now);
                     continue;
                 }

@@ -48,10 +48,11 @@ impl Timeline {
         }
     }
 
-    /// Takes in that the map's time has come to `map_ns` by data that came at `at`.
-    pub(super) fn anchor(&mut self, map_ns: u64, at: Instant) {
-        if self.anchor.is_none_or(|(newest_ns, _)| map_ns > newest_ns) {
-            self.anchor = Some((map_ns, self.passed_ns(at)));
+    /// Takes in that data which came at `at` moved the map's time from `before_ns` to `after_ns`. Data that did not move it say
+    /// nothing: they waited while it went on without them.
+    pub(super) fn took(&mut self, [before_ns, after_ns]: [u64; 2], at: Instant) {
+        if after_ns > before_ns {
+            self.anchor = Some((after_ns, self.passed_ns(at)));
         }
     }
 
@@ -94,11 +95,27 @@ mod tests {
         let mut time = Timeline::new(false);
         let start = time.start;
         assert_eq!(time.map_ns(start), None);
-        time.anchor(7 * SECOND, start + Duration::from_secs(3));
+        time.took([0, 7 * SECOND], start + Duration::from_secs(3));
         assert_eq!(time.map_ns(start + Duration::from_secs(5)), Some(9 * SECOND));
         // An older stamp says nothing.
-        time.anchor(6 * SECOND, start + Duration::from_secs(4));
+        time.took([7 * SECOND; 2], start + Duration::from_secs(4));
         assert_eq!(time.map_ns(start + Duration::from_secs(5)), Some(9 * SECOND));
+    }
+
+    #[test]
+    fn what_waited_while_time_went_on_without_data_does_not_set_it_ahead() {
+        let mut time = Timeline::new(false);
+        let at = |seconds| time.start + Duration::from_secs(seconds);
+        let [first, second, third, late] = [0, 1, 2, 6].map(at);
+        // A frame a second, and passes that take five seconds to build: the map goes on without data, then come the others.
+        time.took([0, 10 * SECOND], first);
+        let stale_ns = time.map_ns(late).unwrap();
+        assert_eq!(stale_ns, 16 * SECOND);
+        time.took([stale_ns; 2], second);
+        time.took([stale_ns; 2], third);
+        assert_eq!(time.map_ns(late), Some(16 * SECOND));
+        time.took([stale_ns, 17 * SECOND], late + Duration::from_secs(1));
+        assert_eq!(time.map_ns(late + Duration::from_secs(2)), Some(18 * SECOND));
     }
 
     #[test]
@@ -106,7 +123,7 @@ mod tests {
         let mut time = Timeline::new(true);
         let later = time.start + Duration::from_secs(60);
         assert!(!time.take_clock(100 * SECOND));
-        time.anchor(5 * SECOND, time.start);
+        time.took([0, 5 * SECOND], time.start);
         assert_eq!(time.map_ns(later), Some(5 * SECOND));
         assert!(!time.take_clock(102 * SECOND));
         assert_eq!(time.map_ns(later), Some(7 * SECOND));
