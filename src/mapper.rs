@@ -185,18 +185,6 @@ impl Mapper {
         }
     }
 
-    fn checked(&mut self, observation: &Observation) -> std::result::Result<SensorPose, Refused> {
-        let sensor = observation.sensor;
-        let channel = self.channels.get_mut(sensor).filter(|_| sensor < self.said.len());
-        let channel = channel.ok_or_else(|| Refused::Sensor(format!("no sensor {sensor}")))?;
-        channel.check(observation)?;
-        let pose = checks::pose(observation)?;
-        match self.clock.ahead_s(sensor, observation.stamp_ns()) {
-            Some(ahead_s) => Err(Refused::Ahead { ahead_s }),
-            None => Ok(pose),
-        }
-    }
-
     fn start(&mut self, observation: &Observation, pose: SensorPose) -> Result<()> {
         let (stamp_ns, before) = (observation.stamp_ns(), self.clock.now());
         let arrival = self.clock.observe(observation.sensor, stamp_ns);
@@ -240,6 +228,14 @@ impl Mapper {
                 let base = pose.map_from_base.translation_m;
                 Window::around(base.x, base.y, resolution_m, side, self.window)
             }
+        }
+    }
+
+    /// Whether a camera's images come back with its frames from now on, where the mapper was opened for images: at first they do.
+    /// Left on the GPU they cost nothing.
+    pub fn want_images(&mut self, sensor: usize, wanted: bool) {
+        if let Some(channel) = self.channels.get_mut(sensor) {
+            channel.images = wanted;
         }
     }
 

@@ -92,6 +92,16 @@ impl FrameInput<'_> {
         Ok(())
     }
 
+    /// Leaves a buffer that the plan reads back on the GPU, in this frame alone.
+    ///
+    /// # Errors
+    /// [`Error::Plan`] where there is no such buffer.
+    pub fn leave(&mut self, name: &str) -> Result<()> {
+        let id = self.executor.find_in(&self.scope, name)?;
+        self.executor.landings_now.retain(|landing| landing.id != id);
+        Ok(())
+    }
+
     /// Hands the frame to the GPU: one command buffer, one submit.
     ///
     /// # Errors

@@ -1,5 +1,6 @@
-//! How a node finds its sensors in the graph, and those who listen to it.
+//! How a node finds its sensors in the graph, and those who listen to it; and what it tells all of them.
 
+use std::cell::RefCell;
 use std::time::{Duration, Instant};
 
 use crate::base::{Error, Result};
@@ -25,7 +26,32 @@ const HINT_LATER: Duration = Duration::from_secs(30);
 /// Most mismatches that are told.
 const MAX_MISMATCHES: usize = 64;
 
+/// Levels of `rcl_interfaces/Log`.
+const LOG_INFO: u8 = 20;
+const LOG_WARN: u8 = 30;
+const LOG_ERROR: u8 = 40;
+
 impl Node<'_> {
+    /// What was said goes to `/rosout` too.
+    pub(super) fn log(&mut self, lines: &RefCell<Vec<String>>) -> Result<()> {
+        for line in lines.take() {
+            let level = match line.as_str() {
+                fault if fault.starts_with("FAULT") => LOG_ERROR,
+                other
+                    if other.contains("begins anew")
+                        || other.contains("still waits")
+                        || other.starts_with("warning")
+                        || other.starts_with("state") && other != "state OK" =>
+                {
+                    LOG_WARN
+                }
+                _ => LOG_INFO,
+            };
+            self.publisher.log(level, &line, self.time.stamp_ns())?;
+        }
+        Ok(())
+    }
+
     /// Looks at the graph: finds sensors, and newcomers among those who listen.
     pub(super) fn look(&mut self, now: Instant, say: &mut dyn FnMut(&str)) -> Result<()> {
         if now < self.next_look {

@@ -28,11 +28,6 @@ use crate::ros2::{Announcement, Environment, Graph, Inbox, Naming, Participant, 
 const NAP: Duration = Duration::from_millis(20);
 const WINK: Duration = Duration::from_millis(1);
 
-/// Levels of `rcl_interfaces/Log`.
-const LOG_INFO: u8 = 20;
-const LOG_WARN: u8 = 30;
-const LOG_ERROR: u8 = 40;
-
 /// Number under which `/clock` is received.
 const CLOCK: u32 = u32::MAX;
 
@@ -229,26 +224,6 @@ impl<'a> Node<'a> {
         Before { context: self.context.take(), health: std::mem::take(&mut self.health) }
     }
 
-    /// What was said goes to `/rosout` too.
-    fn log(&mut self, lines: &RefCell<Vec<String>>) -> Result<()> {
-        for line in lines.take() {
-            let level = match line.as_str() {
-                fault if fault.starts_with("FAULT") => LOG_ERROR,
-                other
-                    if other.contains("begins anew")
-                        || other.contains("still waits")
-                        || other.starts_with("warning")
-                        || other.starts_with("state") && other != "state OK" =>
-                {
-                    LOG_WARN
-                }
-                _ => LOG_INFO,
-            };
-            self.publisher.log(level, &line, self.time.stamp_ns())?;
-        }
-        Ok(())
-    }
-
     /// Until there is something to do: the GPU is asked again soon, everything else wakes the inbox.
     fn sleep(&self) {
         let now = Instant::now();
@@ -263,9 +238,13 @@ impl<'a> Node<'a> {
 
     /// Reads what has come, as far as there is room for what it gives.
     fn receive(&mut self, now: Instant, say: &mut dyn FnMut(&str)) -> Result<()> {
-        if let Some(reading) = self.reading.as_mut().filter(|_| self.retry.is_some()) {
-            // What comes while there is no GPU would be old by then.
-            reading.waiting.clear();
+        if let Some(reading) = &mut self.reading {
+            if self.retry.is_some() {
+                // What comes while there is no GPU would be old by then.
+                reading.waiting.clear();
+            } else if self.mapping.is_some() {
+                reading.built(now);
+            }
         }
         let (mut events, mut requests) = (Vec::new(), Vec::new());
         let mut clock_jumped = false;
@@ -275,9 +254,7 @@ impl<'a> Node<'a> {
             }
             let longest = self.reading.as_ref().and_then(Reading::longest_wait);
             let Some(parcel) = self.inbox.take(longest) else {
-                if let Some(reading) = self.reading.as_mut().filter(|_| self.mapping.is_some()) {
-                    reading.starting = false;
-                }
+                self.reading.iter_mut().for_each(Reading::emptied);
                 break;
             };
             if parcel.topic == CLOCK {
@@ -331,7 +308,7 @@ impl<'a> Node<'a> {
         }
         self.time.forget();
         if let Some(reading) = &mut self.reading {
-            reading.starting = true;
+            reading.begin_anew();
         }
     }
 
@@ -346,6 +323,7 @@ impl<'a> Node<'a> {
             }
             let Some(waiting) = reading.waiting.pop_front() else { break };
             let (sensor, since) = (waiting.observation.sensor, waiting.since);
+            mapping.mapper.want_images(sensor, self.publisher.wants_images(sensor));
             let refused = match mapping.submit(waiting, now)? {
                 Outcome::Taken(map_ns) => {
                     self.time.took(map_ns, since);

@@ -162,6 +162,19 @@ impl<'a> Publisher<'a> {
         self.outputs.offer_list(&self.topics.names())
     }
 
+    /// Whether somebody listens to what is made of a camera's images.
+    pub(super) fn wants_images(&self, sensor: usize) -> bool {
+        #[cfg(feature = "foxglove")]
+        if self.served.as_ref().is_some_and(|served| self.topics.wants_images(served, sensor)) {
+            return true;
+        }
+        self.wants_clouds() || self.topics.wants_images(&self.outputs, sensor)
+    }
+
+    fn wants_clouds(&self) -> bool {
+        self.outputs.listeners(MARKING) + self.outputs.listeners(CLEARING) > 0
+    }
+
     /// Sends what came of an observation, or a map.
     ///
     /// # Errors
@@ -232,9 +245,10 @@ impl<'a> Publisher<'a> {
     }
 
     fn send_clouds(&mut self, observation: &Observation, seen: &Seen, ground: Option<Ground>) -> Result<()> {
-        let wanted = self.outputs.listeners(MARKING) + self.outputs.listeners(CLEARING) > 0;
         let sensor = observation.sensor;
-        let (Some(info), Some(pose), true) = (self.sensors.get(sensor), observation.pose, wanted) else {
+        let (Some(info), Some(pose), true) =
+            (self.sensors.get(sensor), observation.pose, self.wants_clouds())
+        else {
             return Ok(());
         };
         let Some(frame) = self.topics.frame(sensor, observation) else { return Ok(()) };

@@ -31,6 +31,10 @@ const PERISHABLE: [&str; 10] = [
 /// A message of these that waited longer is dropped where a newer one of its topic waits.
 const LONGEST_WAIT: Duration = Duration::from_millis(250);
 
+/// How long a node may take after its start to read what came meanwhile, before age counts: a machine that cannot keep up would
+/// else read the oldest of everything for good.
+const CATCH_UP: Duration = Duration::from_secs(3);
+
 /// How long the first data of all sensors are waited for after that of one.
 const LATE_SENSORS: Duration = Duration::from_secs(3);
 
@@ -61,8 +65,33 @@ pub(super) struct Reading {
     pub(super) waiting: VecDeque<Waiting>,
     generation: u32,
     first: Option<Instant>,
-    /// Whether it still catches up with what came while the passes were built; then nothing is dropped for its age.
-    pub(super) starting: bool,
+    start: Start,
+}
+
+/// Whether what came while the passes were built is read first; then nothing is dropped for its age.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Start {
+    /// There are no passes.
+    Unbuilt,
+    /// It catches up, until then at most.
+    CatchingUp(Instant),
+    Over,
+}
+
+impl Start {
+    /// At a time when there are passes.
+    fn with_passes(self, now: Instant) -> Self {
+        match self {
+            Self::Unbuilt => Self::CatchingUp(now + CATCH_UP),
+            Self::CatchingUp(until) if now >= until => Self::Over,
+            unchanged => unchanged,
+        }
+    }
+
+    /// Nothing is left to read.
+    fn emptied(self) -> Self {
+        if self == Self::Unbuilt { self } else { Self::Over }
+    }
 }
 
 impl Reading {
@@ -86,7 +115,7 @@ impl Reading {
             subscribed.push((name, topic.type_name.clone(), quality));
         }
         let waiting = VecDeque::new();
-        Ok(Self { source, readers, subscribed, waiting, generation: 0, first: None, starting: true })
+        Ok(Self { source, readers, subscribed, waiting, generation: 0, first: None, start: Start::Unbuilt })
     }
 
     /// Receives no more.
@@ -100,14 +129,29 @@ impl Reading {
         subscribed.flat_map(|(name, kind, quality)| graph.unheard(name, kind, *quality)).collect()
     }
 
+    /// The passes begin anew.
+    pub(super) fn begin_anew(&mut self) {
+        self.start = Start::Unbuilt;
+    }
+
+    /// The passes are there.
+    pub(super) fn built(&mut self, now: Instant) {
+        self.start = self.start.with_passes(now);
+    }
+
+    /// All that came is read.
+    pub(super) fn emptied(&mut self) {
+        self.start = self.start.emptied();
+    }
+
     /// Messages that waited longer are dropped for newer ones.
     pub(super) fn longest_wait(&self) -> Option<Duration> {
-        (!self.starting).then_some(LONGEST_WAIT)
+        (self.start == Start::Over).then_some(LONGEST_WAIT)
     }
 
     /// Whether more may be read: not while enough waits for the map.
     pub(super) fn has_room(&self) -> bool {
-        let most = if self.starting { SENSOR_MOST } else { 2 * self.source.sensors().len() };
+        let most = if self.start != Start::Over { SENSOR_MOST } else { 2 * self.source.sensors().len() };
         self.waiting.len() < most
     }
 
@@ -188,4 +232,20 @@ pub(super) fn hint(naming: &Naming, known: &BTreeMap<String, String>, what: &str
         (false, more) => format!("topics that it sees: {} and {more} more", names.join(", ")),
     };
     format!("{} still waits: {what}; {listing}", naming.full_name())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn age_counts_once_all_is_read_or_reading_it_takes_too_long() {
+        let now = Instant::now();
+        assert_eq!(Start::Unbuilt.emptied(), Start::Unbuilt, "what comes while passes are built is kept");
+        let catching_up = Start::Unbuilt.with_passes(now);
+        assert_eq!(catching_up.with_passes(now + CATCH_UP / 2), catching_up);
+        assert_eq!(catching_up.emptied(), Start::Over);
+        assert_eq!(catching_up.with_passes(now + CATCH_UP), Start::Over);
+        assert_eq!(Start::Over.with_passes(now), Start::Over);
+    }
 }

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use glam::DVec2;
 
 use super::build::{Kind, Program};
+use super::stages::image_buffers;
 use super::{SensorInfo, camera_stages, checks};
 use crate::base::{Error, Refused, Result, Rigid, seconds_between};
 use crate::config::{Config, SensorConfig};
@@ -33,6 +34,8 @@ pub(super) struct Pending {
     pub(super) states: Vec<State>,
     /// Why a frame is fused by depth alone, where method auto is drm.
     pub(super) depth_alone: Option<String>,
+    /// Whether images come back.
+    pub(super) images: bool,
     /// Of a scan.
     pub(super) points: usize,
     pub(super) pose_jumped: bool,
@@ -64,6 +67,8 @@ pub(super) struct Channel {
     last_window: Option<Window>,
     /// Whether the observation before was refused.
     pub(super) refused: bool,
+    /// Whether images are read back, where that was built.
+    pub(super) images: bool,
     pending: VecDeque<Pending>,
 }
 
@@ -92,6 +97,7 @@ impl Channel {
             last_stamp_ns: None,
             last_window: None,
             refused: false,
+            images: true,
             pending: VecDeque::new(),
         }
     }
@@ -149,7 +155,7 @@ impl Channel {
         let missing = || Error::Plan { pass: self.name.clone(), reason: "has no passes".into() };
         let built = self.built.as_mut().ok_or_else(missing)?;
         built.recalibrate(observation)?;
-        built.submit(moment)?;
+        built.submit(moment, self.images)?;
         let (stamp_ns, map_from_sensor) = (observation.stamp_ns(), moment.pose.map_from_sensor());
         self.pending.push_back(Pending {
             sensor: Some(observation.sensor),
@@ -161,6 +167,7 @@ impl Channel {
             towards_goal: moment.towards_goal,
             states,
             depth_alone: built.depth_alone(observation),
+            images: self.images,
             points: observation.scan().map_or(0, |scan| scan.points.len()),
             pose_jumped: self.track.jumps(&self.config, stamp_ns, map_from_sensor),
         });
@@ -173,7 +180,7 @@ impl Channel {
     /// Writes and submits the publication of the map.
     pub(super) fn publish(&mut self, moment: &Moment<'_>, of: Published, states: Vec<State>) -> Result<()> {
         let missing = || Error::Plan { pass: self.name.clone(), reason: "has no passes".into() };
-        self.built.as_mut().ok_or_else(missing)?.submit(moment)?;
+        self.built.as_mut().ok_or_else(missing)?.submit(moment, true)?;
         let Published { index, stamp_ns, map_frame } = of;
         self.pending.push_back(Pending {
             sensor: None,
@@ -185,6 +192,7 @@ impl Channel {
             towards_goal: moment.towards_goal,
             states,
             depth_alone: None,
+            images: false,
             points: 0,
             pose_jumped: false,
         });
@@ -224,9 +232,14 @@ impl Channel {
 }
 
 impl Built {
-    fn submit(&mut self, moment: &Moment<'_>) -> Result<()> {
+    fn submit(&mut self, moment: &Moment<'_>, images: bool) -> Result<()> {
         let mut input = self.executor.begin()?;
         input.enter(self.kind.scope());
+        if let Kind::Camera(job) = &self.kind
+            && !images
+        {
+            image_buffers(job).try_for_each(|name| input.leave(name))?;
+        }
         for stage in &self.stages {
             stage.write(moment, &mut input)?;
         }

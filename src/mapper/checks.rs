@@ -1,10 +1,26 @@
 //! Whether an observation fits what the mapper was built for.
 
+use super::Mapper;
 use crate::base::Refused;
 use crate::sensor::{CameraModel, DepthSamples, Distortion, Observation, RgbdFrame, SensorPose};
 use crate::stage::CameraJob;
 
 type Fits = Result<(), Refused>;
+
+impl Mapper {
+    /// The pose of an observation that fits.
+    pub(super) fn checked(&mut self, observation: &Observation) -> Result<SensorPose, Refused> {
+        let sensor = observation.sensor;
+        let channel = self.channels.get_mut(sensor).filter(|_| sensor < self.said.len());
+        let channel = channel.ok_or_else(|| Refused::Sensor(format!("no sensor {sensor}")))?;
+        channel.check(observation)?;
+        let pose = pose(observation)?;
+        match self.clock.ahead_s(sensor, observation.stamp_ns()) {
+            Some(ahead_s) => Err(Refused::Ahead { ahead_s }),
+            None => Ok(pose),
+        }
+    }
+}
 
 /// The pose, unless it is missing, or has a NaN or an infinity.
 pub(super) fn pose(observation: &Observation) -> Result<SensorPose, Refused> {

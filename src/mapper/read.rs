@@ -81,7 +81,7 @@ impl Reader<'_> {
             low_reliability_fraction,
             degraded: low_reliability_fraction > job.config.degraded_fraction,
             depth_alone: pending.depth_alone.clone(),
-            images: job.images.then(|| self.images(job)).transpose()?,
+            images: (job.images && pending.images).then(|| self.images(job)).transpose()?,
             layers: job.layers.then(|| self.layers()).transpose()?,
         })
     }

@@ -104,9 +104,8 @@ pub fn camera_plan(job: &CameraJob, stages: &[Box<dyn Stage>]) -> Result<Plan> {
     for stage in stages {
         stage.append(&mut plan)?;
     }
-    let images = [job.depth_buffer(), "reliability"].into_iter().chain(job.color.map(|_| "color"));
     let layers = ["evidence", "occupancy", "state"];
-    for name in images.filter(|_| job.images).chain(layers.into_iter().filter(|_| job.layers)) {
+    for name in image_buffers(job).chain(layers.into_iter().filter(|_| job.layers)) {
         plan.read_back(name)?;
     }
     if !job.map.apart {
@@ -114,6 +113,12 @@ pub fn camera_plan(job: &CameraJob, stages: &[Box<dyn Stage>]) -> Result<Plan> {
     }
     plan.check()?;
     Ok(plan)
+}
+
+/// The images that are read back with a camera's frame.
+pub(super) fn image_buffers(job: &CameraJob) -> impl Iterator<Item = &'static str> {
+    let images = [job.depth_buffer(), "reliability"].into_iter().chain(job.color.map(|_| "color"));
+    images.filter(|_| job.images)
 }
 
 /// Reads the map back: costs, classes where a lidar takes part, and verdicts where they are wanted.

@@ -49,6 +49,11 @@ impl CameraTopics {
         self.cloud_stride > 0
     }
 
+    /// Whether anything of its images is wanted.
+    pub(super) fn wanted(&self, out: &impl TopicSink) -> bool {
+        TOPICS.iter().any(|(name, _)| out.wants(&format!("{}{name}", self.prefix)))
+    }
+
     pub(super) fn write(
         &mut self,
         out: &mut impl TopicSink,
@@ -56,11 +61,11 @@ impl CameraTopics {
         depth: &DepthImage,
         images: &FrameImages,
     ) -> Result<()> {
-        let prefix = self.prefix.clone();
-        let topic = |name: &str| format!("{prefix}{name}");
-        if !TOPICS.iter().any(|(name, _)| out.wants(&topic(name))) {
+        if !self.wanted(out) {
             return Ok(());
         }
+        let prefix = self.prefix.clone();
+        let topic = |name: &str| format!("{prefix}{name}");
         if let Some(reason) = size_mismatch(depth, images) {
             return Err(out.error(reason));
         }
