@@ -138,3 +138,32 @@ fn one_pixel_and_odd_widths_run() {
         assert_eq!(marked, out.counters.hit_cells as usize, "{width}x{height}");
     }
 }
+
+#[test]
+fn images_that_nobody_wants_stay_on_the_gpu_and_come_back_once_wanted() {
+    if skipped() {
+        return;
+    }
+    let frames: Vec<_> = (0..4).map(|index| colored(index, tiny_camera())).collect();
+    let config = small_map();
+    let options = all().with_color_of(frames.iter());
+    let open = || Pipeline::open(&config, &frames[0], &options).unwrap();
+    let (mut always, mut at_times) = (open(), open());
+    for (frame, wanted) in frames.iter().zip([true, false, false, true]) {
+        at_times.mapper.want_images(0, wanted);
+        let (mut whole, mut some) = (step(&mut always, frame), step(&mut at_times, frame));
+        assert!(whole.images.is_some());
+        assert_eq!(some.images.is_some(), wanted);
+        if !wanted {
+            (whole.images, some.images) = (None, None);
+        }
+        assert!(whole == some, "frame {}", frame.index);
+    }
+    // With frames under way: each has what was wanted when it was given.
+    for (frame, wanted) in frames.iter().zip([false, true]) {
+        at_times.mapper.want_images(0, wanted);
+        at_times.submit(frame).unwrap();
+    }
+    assert!(at_times.receive().unwrap().unwrap().images.is_none());
+    assert!(at_times.receive().unwrap().unwrap().images.is_some());
+}

@@ -85,7 +85,7 @@ fn box_distance(index: u32, origin: vec3<f32>, direction: vec3<f32>) -> f32 {
     let half = scene.box_half[index];
     let o = turned(origin - center.xyz, center.w, half.w);
     let d = turned(direction, center.w, half.w);
-    let inverse = 1.0 / vec3(away_from_zero(d.x), away_from_zero(d.y), away_from_zero(d.z));
+    let inverse = inverse_of(d);
     let middle = -o * inverse;
     let reach = half.xyz * abs(inverse);
     let first = middle - reach;
@@ -121,9 +121,10 @@ fn nearest_hit(origin: vec3<f32>, direction: vec3<f32>) -> Hit {
     if vertical > NEAREST {
         hit = Hit(vertical, select(FLOOR_HIT, CEILING_HIT, direction.z > 0.0));
     }
+    let inverse = inverse_of(direction);
     for (var c = 0u; c < scene.counts.y; c++) {
         // A loop of one round or none: a group of rays that all pass by goes on at once.
-        for (var k = u32(meets_cluster(c, origin, direction, hit.t)); k > 0u; k--) {
+        for (var k = u32(meets_cluster(c, origin, inverse, hit.t)); k > 0u; k--) {
             let range = scene.cluster_range[c];
             for (var i = range.x & 255u; i < ((range.x >> 8u) & 255u); i++) {
                 let t = quad_distance(i, origin, direction);
@@ -145,9 +146,12 @@ fn nearest_hit(origin: vec3<f32>, direction: vec3<f32>) -> Hit {
     return hit;
 }
 
-// Whether a ray comes through a group's bounds before `reach`.
-fn meets_cluster(c: u32, origin: vec3<f32>, direction: vec3<f32>, reach: f32) -> bool {
-    let inverse = 1.0 / vec3(away_from_zero(direction.x), away_from_zero(direction.y), away_from_zero(direction.z));
+fn inverse_of(direction: vec3<f32>) -> vec3<f32> {
+    return 1.0 / vec3(away_from_zero(direction.x), away_from_zero(direction.y), away_from_zero(direction.z));
+}
+
+// Whether a ray comes through a group's bounds before `reach`; `inverse`: of its direction.
+fn meets_cluster(c: u32, origin: vec3<f32>, inverse: vec3<f32>, reach: f32) -> bool {
     let a = (scene.cluster_low[c].xyz - origin) * inverse;
     let b = (scene.cluster_high[c].xyz - origin) * inverse;
     let first = min(a, b);
@@ -160,8 +164,9 @@ fn meets_cluster(c: u32, origin: vec3<f32>, direction: vec3<f32>, reach: f32) ->
 // Whether something stands within `reach` along a ray that casts shadows: anything but glass and lights.
 fn is_shadowed(origin: vec3<f32>, direction: vec3<f32>, reach: f32) -> bool {
     var nearest = FAR;
+    let inverse = inverse_of(direction);
     for (var c = 0u; c < scene.counts.y; c++) {
-        for (var k = u32(meets_cluster(c, origin, direction, min(nearest, reach))); k > 0u; k--) {
+        for (var k = u32(meets_cluster(c, origin, inverse, min(nearest, reach))); k > 0u; k--) {
             let range = scene.cluster_range[c];
             for (var i = range.x & 255u; i < (range.x >> 16u); i++) {
                 nearest = min(nearest, quad_distance(i, origin, direction));

@@ -19,7 +19,7 @@ fn thicket_span(index: u32, origin: vec3<f32>, direction: vec3<f32>) -> vec2<f32
         let root = sqrt(max(under_root, 0.0));
         return select(vec2(FAR, -FAR), vec2(-b - root, -b + root) / a, under_root > 0.0);
     }
-    let inverse = 1.0 / vec3(away_from_zero(d.x), away_from_zero(d.y), away_from_zero(d.z));
+    let inverse = inverse_of(d);
     let middle = -o * inverse;
     let reach = abs(inverse);
     let first = middle - reach;
