@@ -55,3 +55,19 @@ fn what_cannot_be_asked_for_is_refused() {
     let missing = Config { weights: "/nowhere/at/all".into(), ..Config::default() };
     assert!(Course::new(&missing, CameraMode::Small, 0.0, None).is_err());
 }
+
+#[test]
+fn tasks_ask_for_what_their_scenario_is_about_or_say_that_none_does() {
+    let course = course(None, 0.0);
+    for scenario in [Scenario::Glass, Scenario::Curtain, Scenario::Both] {
+        let trials = course.trials(scenario, &[], &["default".into(), "both".into()], &[6101, 6103]);
+        let worlds: Vec<_> = trials.iter().map(|trial| course.world(trial).unwrap()).collect();
+        assert!(worlds.iter().any(|world| world.impossible.is_none()), "{scenario:?}");
+        for world in worlds {
+            match &world.impossible {
+                Some(reason) => assert!(reason.contains("of this seed"), "{reason}"),
+                None => assert!(!world.ideal.is_empty()),
+            }
+        }
+    }
+}

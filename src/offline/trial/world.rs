@@ -4,7 +4,7 @@ use glam::DVec2;
 
 use super::robot::{Limits, Pose};
 use super::route::{BLOCKED, FREE_PRICE, Prices, length_m};
-use crate::base::{Error, Result};
+use crate::base::Result;
 use crate::config::Config;
 use crate::map::Grid;
 use crate::sim::Scene;
@@ -52,18 +52,30 @@ impl World {
     /// A task in a scene, whatever it is; height band and cells are the configuration's.
     ///
     /// # Errors
-    /// [`Error::Config`] with the key of the scene where that cannot be; a task that cannot be done is no error
+    /// [`crate::Error::Config`] with the key of the scene where that cannot be; a task that cannot be done is no error
     /// ([`World::impossible`]).
     pub fn new(scene: &Scene, start: Pose, goal: DVec2, limits: &Limits, config: &Config) -> Result<Self> {
+        let obstacles = obstacles(scene, config);
+        let floor = || free_floor(scene, &obstacles, limits, config);
+        Self::on(floor, scene, obstacles.clone(), (start, goal), limits)
+    }
+
+    /// As [`World::new`], where the floor's prices may be known already.
+    fn on<Floor: std::borrow::Borrow<Prices>>(
+        floor: impl FnOnce() -> Floor,
+        scene: &Scene,
+        obstacles: Vec<Footprint>,
+        (start, goal): (Pose, DVec2),
+        limits: &Limits,
+    ) -> Result<Self> {
         let mut scene = scene.clone();
         scene.trajectory = standing(&scene.trajectory);
-        let obstacles = obstacles(&scene, config);
         let mut world = Self { scene, start, goal, impossible: None, ideal: Vec::new(), obstacles };
         world.impossible = world.fault(limits);
         if world.impossible.is_none() {
             world.scene.trajectory.waypoints_m = vec![start.at.to_array()];
             world.scene.validate()?;
-            match world.free_floor(limits, config).way(start.at, goal) {
+            match floor().borrow().way(start.at, goal) {
                 Some(way) => world.ideal = way,
                 None => world.impossible = Some("the goal cannot be reached on the true map".into()),
             }
@@ -93,10 +105,11 @@ impl World {
         None
     }
 
-    /// The world of a seed: start and goal 8 to 15 m apart where one of a few scenes allows that, else as far as it can be.
+    /// The world of a seed: start and goal 8 to 15 m apart where one of a few scenes allows that, else as far as it can be. Where no
+    /// task asks for what the family is about, the world says so ([`World::impossible`]): driving another one would tell nothing.
     ///
     /// # Errors
-    /// [`Error::Config`] for the key `seed` where no scene has a way.
+    /// [`crate::Error::Config`] where the family has no such scene.
     pub fn generated(
         family: Family,
         level: Level,
@@ -108,10 +121,11 @@ impl World {
         for attempt in 0..SCENES {
             let scene = generate(family, level, seed + attempt * SEED_STEP, 1)?;
             let mut random = Random::new(seed ^ (attempt << 40) ^ 0x7217);
+            let floors = Floors::of(&scene, family, limits, config);
             for _ in 0..PAIRS {
-                let Some(world) = Self::drawn(&scene, &mut random, limits, config)? else { continue };
+                let Some(world) = Self::drawn(&scene, &floors, &mut random, limits)? else { continue };
                 let apart_m = world.start.at.distance(world.goal);
-                let rank = (world.asks_for(family, limits, config), apart_m);
+                let rank = (world.asks_for(family, &floors), apart_m);
                 if rank.0 && apart_m >= APART_M[0] {
                     return Ok(world);
                 }
@@ -123,37 +137,37 @@ impl World {
                 break;
             }
         }
-        let none = || format!("no way through the scenes of {seed}");
-        best.map(|(_, world)| world).ok_or_else(|| Error::Config { key: "seed".into(), reason: none() })
+        match best {
+            Some(((true, _), world)) => Ok(world),
+            Some((_, world)) => Ok(Self { impossible: Some(unasked(family).into()), ..world }),
+            None => Ok(Self {
+                scene: generate(family, level, seed, 1)?,
+                start: Pose { at: DVec2::ZERO, yaw: 0.0 },
+                goal: DVec2::ZERO,
+                impossible: Some("there is no way through the scenes of this seed".into()),
+                ideal: Vec::new(),
+                obstacles: Vec::new(),
+            }),
+        }
     }
 
     /// Whether the task asks for what the family is about. With cameras alone no pane may cut the way: none of them sees panes, and
     /// what is measured is glare. Among glass one must; where there is a curtain, the way goes through it.
-    fn asks_for(&self, family: Family, limits: &Limits, config: &Config) -> bool {
-        let way_m = |obstacles: Vec<Footprint>| {
-            let other =
-                Self { scene: self.scene.clone(), ideal: Vec::new(), impossible: None, obstacles, ..*self };
-            other.free_floor(limits, config).way(self.start.at, self.goal).map(|way| length_m(&way))
-        };
-        let cut_by_glass = || {
-            let opaque = self.obstacles.iter().filter(|thing| !thing.glass).cloned().collect();
-            way_m(opaque).is_some_and(|other_m| other_m < 0.99 * self.ideal_m())
-        };
+    fn asks_for(&self, family: Family, floors: &Floors) -> bool {
+        let Some(other) = &floors.other else { return true };
+        let other_m = other.way(self.start.at, self.goal).map(|way| length_m(&way));
+        let cut_by_glass = || other_m.is_some_and(|other_m| other_m < 0.99 * self.ideal_m());
         match family {
             Family::Drive => !cut_by_glass(),
             Family::Glass => cut_by_glass(),
-            Family::Curtain | Family::Mixed => {
-                let all = footprints(&self.scene).into_iter().filter(|thing| is_in_band(thing, config));
-                way_m(all.collect()).is_none_or(|other_m| other_m > 1.05 * self.ideal_m())
-            }
-            _ => true,
+            _ => other_m.is_none_or(|other_m| other_m > 1.05 * self.ideal_m()),
         }
     }
 
     /// A task between two places drawn at random; `None` where they do not do.
-    fn drawn(scene: &Scene, random: &mut Random, limits: &Limits, config: &Config) -> Result<Option<Self>> {
+    fn drawn(scene: &Scene, floors: &Floors, random: &mut Random, limits: &Limits) -> Result<Option<Self>> {
         let clear_m = limits.radius_m + ROOM_M;
-        let things = obstacles(scene, config);
+        let things = &floors.obstacles;
         let mut place = || {
             let room =
                 &scene.rooms[random.count(0, u32::try_from(scene.rooms.len() - 1).unwrap_or(0)) as usize];
@@ -170,7 +184,8 @@ impl World {
         if !(wanted_m..=APART_M[1]).contains(&apart_m) || !free(start) || !free(goal) {
             return Ok(None);
         }
-        let world = Self::new(scene, Pose { at: start, yaw: 0.0 }, goal, limits, config)?;
+        let task = (Pose { at: start, yaw: 0.0 }, goal);
+        let world = Self::on(|| &floors.all, scene, things.clone(), task, limits)?;
         let too_long = length_m(&world.ideal) > 1.6 * APART_M[1];
         if world.impossible.is_some() || too_long {
             return Ok(None);
@@ -179,25 +194,9 @@ impl World {
         Ok(Some(Self { start: Pose { at: start, yaw: (first - start).to_angle() + turned }, ..world }))
     }
 
-    /// Prices of the true map: cells that the robot's centre may be in, with the width of a cell to spare.
-    fn free_floor(&self, limits: &Limits, config: &Config) -> Prices {
-        let grid = TrueMap::new(&self.scene, config).grid();
-        let cells = cells_of(&grid)
-            .map(|at| {
-                let free = is_inside(&self.scene, at.x, at.y)
-                    && self.touched(at, limits.radius_m + CELLS_M).is_none();
-                if free { FREE_PRICE } else { BLOCKED }
-            })
-            .collect();
-        Prices { grid, cells }
-    }
-
     /// Key of an obstacle that a disc touches.
     pub fn touched(&self, at: DVec2, radius_m: f64) -> Option<&str> {
-        self.obstacles
-            .iter()
-            .find(|thing| thing.shape.distance_m(at) < radius_m)
-            .map(|thing| thing.key.as_str())
+        touched(&self.obstacles, at, radius_m).map(|thing| thing.key.as_str())
     }
 
     /// The shortest way, metres.
@@ -208,6 +207,56 @@ impl World {
     /// Outlines of obstacles and of passable things on the floor, for pictures.
     pub fn outlines(&self) -> Vec<Outline> {
         footprints(&self.scene).iter().map(Outline::of).collect()
+    }
+}
+
+/// The floor of a scene, with all obstacles and with those by which a family's tasks are told.
+struct Floors {
+    obstacles: Vec<Footprint>,
+    all: Prices,
+    /// Without glass, or with what can be passed in the way too.
+    other: Option<Prices>,
+}
+
+impl Floors {
+    fn of(scene: &Scene, family: Family, limits: &Limits, config: &Config) -> Self {
+        let obstacles = obstacles(scene, config);
+        let others: Option<Vec<_>> = match family {
+            Family::Drive | Family::Glass => {
+                Some(obstacles.iter().filter(|thing| !thing.glass).cloned().collect())
+            }
+            Family::Curtain | Family::Mixed => {
+                Some(footprints(scene).into_iter().filter(|thing| is_in_band(thing, config)).collect())
+            }
+            _ => None,
+        };
+        let floor = |obstacles: &[Footprint]| free_floor(scene, obstacles, limits, config);
+        Self { all: floor(&obstacles), other: others.map(|others| floor(&others)), obstacles }
+    }
+}
+
+/// Prices of the true map: cells that the robot's centre may be in, with the width of a cell to spare.
+fn free_floor(scene: &Scene, obstacles: &[Footprint], limits: &Limits, config: &Config) -> Prices {
+    let grid = TrueMap::new(scene, config).grid();
+    let is_free = |at: &DVec2| {
+        is_inside(scene, at.x, at.y) && touched(obstacles, *at, limits.radius_m + CELLS_M).is_none()
+    };
+    let cells = cells_of(&grid).map(|at| if is_free(&at) { FREE_PRICE } else { BLOCKED }).collect();
+    Prices { grid, cells }
+}
+
+/// An obstacle that a disc touches.
+fn touched(obstacles: &[Footprint], at: DVec2, radius_m: f64) -> Option<&Footprint> {
+    obstacles.iter().find(|thing| thing.shape.distance_m(at) < radius_m)
+}
+
+/// What no task of a seed asks for.
+fn unasked(family: Family) -> &'static str {
+    match family {
+        Family::Drive => "glass cuts every way through the scenes of this seed, and a camera sees none",
+        Family::Glass => "no pane cuts a way through the scenes of this seed",
+        Family::Curtain | Family::Mixed => "no way through the scenes of this seed needs its curtain",
+        _ => "no task in the scenes of this seed",
     }
 }
 
