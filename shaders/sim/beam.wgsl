@@ -20,7 +20,8 @@ struct SimBeamParams {
 
 @group(0) @binding(0) var<uniform> beam_params: SimBeamParams;
 @group(0) @binding(1) var<uniform> scene: SimScene;
-@group(0) @binding(2) var<storage, read> ring_angles: array<vec2<f32>>;     // elevation, azimuth ahead of the column's
+// Elevation, azimuth ahead of the column's, height at which the beam crosses the sensor's axis.
+@group(0) @binding(2) var<storage, read> rings: array<vec4<f32>>;
 // Four a column: rows of the map's axes and the sensor's place in them, then its azimuth.
 @group(0) @binding(3) var<storage, read> column_poses: array<vec4<f32>>;
 // Four a sub-ray: range, power, what it was and the true place (see packed_place).
@@ -73,7 +74,7 @@ fn packed_place(offset: vec3<f32>) -> vec2<u32> {
 }
 
 fn beam_direction(row: u32, column: u32, subray: u32) -> vec3<f32> {
-    let angles = ring_angles[row];
+    let angles = rings[row];
     // Even over the disc: a spiral by the golden angle.
     let radius = sqrt((f32(subray) + 0.5) / f32(beam_params.subrays));
     let swing = f32(subray) * 2.3999632 + beam_params.turn;
@@ -165,7 +166,7 @@ fn beam(@builtin(global_invocation_id) id: vec3<u32>) {
     let column = number / beam_params.rows;
     let sensor = vec3(column_poses[4u * column].w, column_poses[4u * column + 1u].w, column_poses[4u * column + 2u].w);
     var shot: Shot;
-    shot.origin = sensor;
+    shot.origin = sensor + to_map(column, vec3(0.0, 0.0, rings[row].z));
     shot.direction = to_map(column, beam_direction(row, column, id.x % subrays));
     shot.share = 1.0;
     var kept = 0u;

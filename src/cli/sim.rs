@@ -60,6 +60,9 @@ pub(crate) struct SimArguments {
     /// Which returns of a beam the lidar gives, in place of the scene's
     #[arg(long, value_enum, value_name = "RETURNS")]
     returns: Option<Returns>,
+    /// Record the lidar's raw packets in place of its clouds (Velodynes)
+    #[arg(long)]
+    packets: bool,
     /// Leave the camera out: the lidar alone
     #[arg(long)]
     no_camera: bool,
@@ -97,6 +100,14 @@ impl SimArguments {
         }
         if let (Some(lidar), Some(returns)) = (&mut scene.lidar, self.returns) {
             lidar.returns = returns;
+        }
+        match &mut scene.lidar {
+            Some(lidar) => lidar.packets |= self.packets,
+            None if self.packets => {
+                let reason = "the scene has no lidar to send packets; see --lidar".into();
+                return Err(Error::Config { key: "lidar".into(), reason });
+            }
+            None => {}
         }
         if self.no_camera && scene.lidar.is_none() {
             let reason = "the scene has none, and without the camera nothing is left; see --lidar".into();

@@ -47,6 +47,8 @@ const DEFINITIONS: &[Definition] = definitions![
     "std_msgs" "Header",
     "std_msgs" "String",
     "tf2_msgs" "TFMessage",
+    "velodyne_msgs" "VelodynePacket",
+    "velodyne_msgs" "VelodyneScan",
     "visualization_msgs" "Marker",
     "visualization_msgs" "MarkerArray",
     "visualization_msgs" "MeshFile",

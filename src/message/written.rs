@@ -2,6 +2,7 @@
 //! their definitions, which CDR depends on.
 
 use serde::Serialize;
+use serde::ser::SerializeTuple as _;
 use serde_bytes::Bytes;
 
 use crate::message::ros2::{CameraInfo, CompressedImage, Header, Image, PointCloud2, Pose, TFMessage, Time};
@@ -28,6 +29,7 @@ ros_types![
     CameraInfo = "sensor_msgs/msg/CameraInfo",
     PointCloud2 = "sensor_msgs/msg/PointCloud2",
     TFMessage = "tf2_msgs/msg/TFMessage",
+    VelodyneScan = "velodyne_msgs/msg/VelodyneScan",
     DiagnosticArray = "diagnostic_msgs/msg/DiagnosticArray",
     RosString = "std_msgs/msg/String",
     FoxgloveGrid<'a> = "foxglove_msgs/msg/Grid",
@@ -170,4 +172,30 @@ pub struct FoxgloveGrid<'a> {
     pub fields: Vec<PackedElementField>,
     /// The cells, row 0 = smallest y.
     pub data: &'a Bytes,
+}
+
+/// `velodyne_msgs/VelodynePacket`.
+#[derive(Debug, Clone, Serialize)]
+pub struct VelodynePacket {
+    /// When it came.
+    pub stamp: Time,
+    /// As the sensor sends it.
+    #[serde(serialize_with = "array")]
+    pub data: [u8; 1206],
+}
+
+/// Bytes without a count before them.
+fn array<S: serde::Serializer>(data: &[u8; 1206], serializer: S) -> Result<S::Ok, S::Error> {
+    let mut tuple = serializer.serialize_tuple(data.len())?;
+    data.iter().try_for_each(|byte| tuple.serialize_element(byte))?;
+    tuple.end()
+}
+
+/// `velodyne_msgs/VelodyneScan`.
+#[derive(Debug, Clone, Serialize)]
+pub struct VelodyneScan {
+    /// Stamp and the sensor's frame.
+    pub header: Header,
+    /// Of about a revolution.
+    pub packets: Vec<VelodynePacket>,
 }

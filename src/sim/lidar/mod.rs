@@ -8,7 +8,7 @@ mod scan;
 mod settings;
 mod simulator;
 
-pub use model::{LidarModel, Optics};
+pub use model::{LidarModel, Optics, Ring};
 pub use scan::{PointTruth, SimScan};
 pub use settings::{Lidar, Returns};
 pub use simulator::{LIDAR_FRAME, LidarSimulator, plan};

@@ -30,14 +30,27 @@ pub enum LidarModel {
     Qt64,
 }
 
+/// A laser by its place among the others.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Ring {
+    /// Above the horizontal, radians.
+    pub elevation_rad: f64,
+    /// How far it points ahead of its column, counter-clockwise, radians.
+    pub ahead_rad: f64,
+    /// How far above the sensor's centre its beam crosses the axis, metres.
+    pub offset_m: f64,
+    /// When it fires after its column's first, seconds.
+    pub firing_s: f64,
+    /// Its number in the sensor's packets.
+    pub laser: usize,
+}
+
 /// A sensor's constants. Rings, columns, noise and divergence are those of the manuals where these give them. The
 /// range at which a tenth is still seen, the length of a pulse, the noise of the signal and its focus are assumptions.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Optics {
-    /// Elevation of each ring, the lowest first, radians.
-    pub elevations_rad: Vec<f64>,
-    /// How far each ring points ahead of its column, counter-clockwise, radians.
-    pub ahead_rad: Vec<f64>,
+    /// The lowest first.
+    pub rings: Vec<Ring>,
     /// Columns of a revolution at 10 Hz.
     pub columns: u32,
     /// Full divergence across and along the vertical, radians.
@@ -89,7 +102,7 @@ impl LidarModel {
 
     /// Its constants.
     pub fn optics(self) -> Optics {
-        let (elevations_rad, ahead_rad) = match (self.velodyne(), self) {
+        let rings = match (self.velodyne(), self) {
             (Some(velodyne), _) => velodyne_rings(velodyne),
             (None, Self::Os1x64) => even_rings(64, 16.6),
             // The manual's steps differ by ring; even ones here.
@@ -97,8 +110,7 @@ impl LidarModel {
         };
         // Reflectivity up to 100 is matt, above that come mirrors and retroreflectors (Velodyne's manuals).
         let velodyne = Optics {
-            elevations_rad,
-            ahead_rad,
+            rings,
             columns: 1808,
             divergence_rad: [0.003, 0.0015],
             range_m: [0.5, 100.0],
@@ -144,16 +156,27 @@ impl LidarModel {
     }
 }
 
-fn velodyne_rings(model: VelodyneModel) -> (Vec<f64>, Vec<f64>) {
-    let mut rings: Vec<(f64, f64)> = (0_usize..)
-        .zip(model.elevations_deg())
-        .map(|(laser, elevation)| (*elevation, -f64::from(model.ahead_hundredths(laser)) / 100.0))
-        .collect();
-    rings.sort_by(|a, b| a.0.total_cmp(&b.0));
-    rings.into_iter().map(|(elevation, ahead)| (elevation.to_radians(), ahead.to_radians())).unzip()
+fn velodyne_rings(model: VelodyneModel) -> Vec<Ring> {
+    let ring = |laser: usize| Ring {
+        elevation_rad: model.elevations_deg()[laser].to_radians(),
+        ahead_rad: -(f64::from(model.ahead_hundredths(laser)) / 100.0).to_radians(),
+        offset_m: model.offset_m(laser),
+        firing_s: model.firing_s(laser),
+        laser,
+    };
+    let mut rings: Vec<Ring> = (0..model.lasers()).map(ring).collect();
+    rings.sort_by(|a, b| a.elevation_rad.total_cmp(&b.elevation_rad));
+    rings
 }
 
-fn even_rings(count: u32, half_deg: f64) -> (Vec<f64>, Vec<f64>) {
+fn even_rings(count: u32, half_deg: f64) -> Vec<Ring> {
     let step = 2.0 * half_deg / f64::from(count - 1);
-    (0..count).map(|ring| ((f64::from(ring) * step - half_deg).to_radians(), 0.0)).unzip()
+    let ring = |number: u32| Ring {
+        elevation_rad: (f64::from(number) * step - half_deg).to_radians(),
+        ahead_rad: 0.0,
+        offset_m: 0.0,
+        firing_s: 0.0,
+        laser: number as usize,
+    };
+    (0..count).map(ring).collect()
 }

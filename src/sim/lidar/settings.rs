@@ -52,6 +52,9 @@ pub struct Lidar {
     pub tilt_rad: [f64; 3],
     /// Factor on its intensities.
     pub intensity_gain: f64,
+    /// Whether recordings hold its raw packets in place of clouds: Velodynes.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub packets: bool,
 }
 
 impl Default for Lidar {
@@ -65,6 +68,7 @@ impl Default for Lidar {
             forward_m: 0.0,
             tilt_rad: [0.0; 3],
             intensity_gain: 1.0,
+            packets: false,
         }
     }
 }
@@ -92,6 +96,12 @@ impl Lidar {
     pub fn validate(&self) -> Result<()> {
         if !(1..=32).contains(&self.subrays) {
             return Err(bad("lidar.subrays", format!("{} is not in 1..=32", self.subrays)));
+        }
+        if self.packets && self.model.velodyne().is_none() {
+            return Err(bad("lidar.packets", format!("a {} sends none that are written", self.model.name())));
+        }
+        if self.packets && self.returns == Returns::FirstLast {
+            return Err(bad("lidar.packets", "Velodynes send the strongest and the last return".to_owned()));
         }
         let checks = Checks { section: "lidar." };
         for angle in self.tilt_rad {

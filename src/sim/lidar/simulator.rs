@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use glam::DVec3;
 
-use super::model::Optics;
+use super::model::{Optics, Ring};
 use super::scan::{Echo, SimScan};
 use super::settings::{Lidar, Returns};
 use crate::base::{Error, Result, Rigid};
@@ -47,11 +47,11 @@ pub struct LidarSimulator {
 /// [`Error::Plan`] or [`Error::Shader`] where a pass contradicts its shader.
 pub fn plan(lidar: &Lidar) -> Result<Plan> {
     let mut plan = Plan::default();
-    let (beams, rows) = (u64::from(BEAMS_AT_ONCE), lidar.model.optics().elevations_rad.len() as u64);
+    let (beams, rows) = (u64::from(BEAMS_AT_ONCE), lidar.model.optics().rings.len() as u64);
     plan.uniform::<SimScene>("scene")?;
     plan.uniform::<SimBeamParams>("beam_params")?;
     plan.uniform::<SimEchoParams>("echo_params")?;
-    plan.upload("ring_angles", rows * 8)?;
+    plan.upload("rings", rows * 16)?;
     plan.upload("column_poses", u64::from(lidar.columns()) * 64)?;
     plan.scratch("sent_back", beams * u64::from(lidar.subrays) * ECHOES * 16)?;
     plan.scratch("echoes", beams * 32)?;
@@ -149,17 +149,17 @@ impl LidarSimulator {
     }
 
     fn rows(&self) -> u32 {
-        u32::try_from(self.optics.elevations_rad.len()).unwrap_or(0)
+        u32::try_from(self.optics.rings.len()).unwrap_or(0)
     }
 
     /// Sends `count` beams and waits for their echoes.
     fn part(&mut self, index: u64, first: u32, count: u32, columns: &[[f32; 16]]) -> Result<Readback> {
-        let angles = self.optics.elevations_rad.iter().zip(&self.optics.ahead_rad);
-        let rings: Vec<[f32; 2]> = angles.map(|(up, ahead)| [single(*up), single(*ahead)]).collect();
+        let ring = |ring: &Ring| [ring.elevation_rad, self.ahead_rad(ring), ring.offset_m, 0.0].map(single);
+        let rings: Vec<[f32; 4]> = self.optics.rings.iter().map(ring).collect();
         let (beam, echo) = (self.beam_params(index, first, count), self.echo_params(index, first, count));
         let mut input = self.executor.begin()?;
         input.set("scene", &self.packed)?;
-        input.write("ring_angles", bytemuck::cast_slice(&rings))?;
+        input.write("rings", bytemuck::cast_slice(&rings))?;
         input.write("column_poses", bytemuck::cast_slice(columns))?;
         input.set("beam_params", &beam)?;
         input.set("echo_params", &echo)?;
@@ -246,6 +246,11 @@ impl LidarSimulator {
         -TAU * f64::from(column) / f64::from(self.columns)
     }
 
+    /// How far a ring points ahead of its column: where it fires later, the sensor has turned on.
+    fn ahead_rad(&self, ring: &Ring) -> f64 {
+        ring.ahead_rad - TAU * self.lidar.rate_hz * ring.firing_s
+    }
+
     fn bits(&self, index: u64, purpose: u64) -> u32 {
         Random::new(self.seed ^ (index << 20) ^ (purpose << 56)).bits()
     }
@@ -267,16 +272,16 @@ impl LidarSimulator {
     /// Appends the points of a beam's slots.
     fn take(&self, to: &mut SimScan, beam: u32, slots: [Option<Echo>; 2], poses: &[Rigid]) {
         let (column, row) = (beam / self.rows(), beam % self.rows());
-        let (elevation, ahead) =
-            (self.optics.elevations_rad[row as usize], self.optics.ahead_rad[row as usize]);
-        let azimuth = self.azimuth_rad(column) + ahead;
-        let level = elevation.cos();
-        let direction = DVec3::new(level * azimuth.cos(), level * azimuth.sin(), elevation.sin());
-        let time_s = f64::from(column) / (f64::from(self.columns) * self.lidar.rate_hz);
+        let ring = self.optics.rings[row as usize];
+        let azimuth = self.azimuth_rad(column) + self.ahead_rad(&ring);
+        let (up, level) = ring.elevation_rad.sin_cos();
+        let direction = DVec3::new(level * azimuth.cos(), level * azimuth.sin(), up);
+        let offset = DVec3::Z * ring.offset_m;
+        let time_s = f64::from(column) / (f64::from(self.columns) * self.lidar.rate_hz) + ring.firing_s;
         let intensities = slots.each_ref().map(|slot| slot.as_ref().map(Echo::intensity));
         for (slot, echo) in slots.into_iter().enumerate() {
             let Some(echo) = echo else { continue };
-            let [x_m, y_m, z_m] = (direction * f64::from(echo.range_m())).as_vec3().to_array();
+            let [x_m, y_m, z_m] = (offset + direction * f64::from(echo.range_m())).as_vec3().to_array();
             let other = intensities[1 - slot];
             to.scan.points.push(Point {
                 x_m,

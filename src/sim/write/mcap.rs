@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use serde_bytes::Bytes;
 
 use super::Recorder;
+use super::packets::Packets;
 use crate::base::{Result, Rigid};
 use crate::config::Config;
 use crate::map::Grid;
@@ -31,6 +32,9 @@ const UINT8: u8 = 2;
 const UINT16: u8 = 4;
 
 /// Where the driver of a lidar publishes.
+/// Where Velodyne's driver publishes packets.
+const PACKETS: &str = "/velodyne_packets";
+
 fn topic_of(model: LidarModel) -> &'static str {
     match model {
         LidarModel::Vlp16 | LidarModel::Hdl32e | LidarModel::Vlp32c => "/velodyne_points",
@@ -53,10 +57,11 @@ fn measured_cloud(header: Header, scan: &SimScan) -> PointCloud2 {
     cloud(header, &[floats.as_slice(), &rest].concat(), data)
 }
 
-/// Of each point in the same order: the true place, the material's number and the flags of [`PointTruth`].
-fn true_cloud(header: Header, scan: &SimScan) -> PointCloud2 {
+/// Of each point in the order of the sensor's message: the true place, the material's number and the flags of [`PointTruth`].
+fn true_cloud(header: Header, scan: &SimScan, order: &[usize]) -> PointCloud2 {
     let mut data = Vec::new();
-    for PointTruth { place_m, material, flags } in &scan.truth {
+    for &at in order {
+        let PointTruth { place_m, material, flags } = &scan.truth[at];
         data.extend(place_m.as_vec3().to_array().into_iter().flat_map(f32::to_le_bytes));
         data.extend([*material, *flags]);
     }
@@ -73,6 +78,7 @@ fn true_cloud(header: Header, scan: &SimScan) -> PointCloud2 {
 /// | `/camera/camera/aligned_depth_to_color/image_raw`, `camera_info` | `16UC1`, millimetres |
 /// | `/camera/camera/infra1/image_rect_raw`, `infra2` | `mono8`, where asked for |
 /// | `/velodyne_points`, `/ouster/points`, `/hesai/points` | scans as the driver of that lidar packs them, with `return_type` |
+/// | `/velodyne_packets` | in place of them where the lidar sends packets: a revolution each |
 /// | `/truth/...` | ground truth |
 pub struct McapRecorder {
     file: RosFile<StagedFile>,
@@ -80,6 +86,7 @@ pub struct McapRecorder {
     /// Until something was written.
     scene: Option<Scene>,
     scans: &'static str,
+    packets: Option<Packets>,
     infrared: bool,
 }
 
@@ -94,6 +101,7 @@ impl McapRecorder {
             camera: scene.camera.model(),
             scene: Some(scene.clone()),
             scans: scene.lidar.as_ref().map_or("", |lidar| topic_of(lidar.model)),
+            packets: scene.lidar.as_ref().and_then(Packets::of),
             infrared,
         })
     }
@@ -201,8 +209,19 @@ impl Recorder for McapRecorder {
     fn write_scan(&mut self, scan: &SimScan, end_ns: u64) -> Result<()> {
         self.begin(scan.scan.stamp_ns)?;
         let stamp_ns = scan.scan.stamp_ns;
-        self.file.write(self.scans, end_ns, &measured_cloud(Header::new(stamp_ns, LIDAR_FRAME), scan))?;
-        self.file.write("/truth/points", end_ns, &true_cloud(Header::new(stamp_ns, MAP_FRAME), scan))?;
+        let order = match &self.packets {
+            Some(packets) => {
+                self.file.write(PACKETS, end_ns, &packets.message(scan))?;
+                packets.order(scan)
+            }
+            None => {
+                let cloud = measured_cloud(Header::new(stamp_ns, LIDAR_FRAME), scan);
+                self.file.write(self.scans, end_ns, &cloud)?;
+                (0..scan.truth.len()).collect()
+            }
+        };
+        let cloud = true_cloud(Header::new(stamp_ns, MAP_FRAME), scan, &order);
+        self.file.write("/truth/points", end_ns, &cloud)?;
         self.file.end_result()
     }
 

@@ -1,6 +1,7 @@
 //! Simulated recordings as files: MCAP, or a TUM RGB-D folder, both with ground truth.
 
 mod mcap;
+mod packets;
 mod tum;
 
 use std::path::{Path, PathBuf};

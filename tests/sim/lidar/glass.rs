@@ -38,7 +38,8 @@ fn truth_glass_is_seen_head_on_alone_and_what_lies_behind_everywhere() {
         }
         if truth.is_behind() && !truth.is_reflection() {
             behind += 1;
-            assert!(at.x > 1.5, "{at}");
+            // Range noise of 15 mm.
+            assert!(at.x > 1.44, "{at}");
         }
     }
     assert!((16.0..36.0).contains(&widest_deg), "{widest_deg}");

@@ -4,6 +4,7 @@ mod bad_input;
 mod echo;
 mod families;
 mod glass;
+mod packets;
 mod recording;
 mod thin;
 mod walls;

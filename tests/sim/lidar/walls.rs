@@ -37,11 +37,13 @@ fn truth_every_beam_of_a_room_returns_from_a_wall() {
     }
     let rings: HashSet<u16> = scan.scan.points.iter().map(|point| point.ring).collect();
     assert_eq!(rings.len(), 16);
-    // The lowest ring first, the columns clockwise from ahead with their times.
+    // The lowest ring first, the columns clockwise from ahead with their times. Its beam crosses the axis above the centre.
     let first = &scan.scan.points[0];
-    assert!(
-        f64::from(first.z_m).atan2(f64::from(first.x_m).hypot(f64::from(first.y_m))).to_degrees() < -14.9
-    );
+    let lowest = LidarModel::Vlp16.optics().rings[0];
+    let up_m = f64::from(first.z_m) - lowest.offset_m;
+    assert!((lowest.offset_m - 0.0112).abs() < 1e-4, "{lowest:?}");
+    let elevation_deg = up_m.atan2(f64::from(first.x_m).hypot(f64::from(first.y_m))).to_degrees();
+    assert!((elevation_deg + 15.0).abs() < 1e-3, "{elevation_deg}");
     let quarter = scan.scan.points.iter().find(|point| point.column == 113).unwrap();
     assert!(quarter.y_m < -1.0 && quarter.x_m.abs() < 0.05, "{quarter:?}");
     assert!((f64::from(quarter.time_s) - 0.025 / 4.0).abs() < 1e-6);
@@ -154,7 +156,7 @@ fn every_sensor_scans_the_room() {
         scene.lidar = Some(Lidar { model, rate_hz: 40.0, ..Lidar::default() });
         let scan = scan_of(&scene);
         let rings: HashSet<u16> = scan.scan.points.iter().map(|point| point.ring).collect();
-        assert_eq!(rings.len(), model.optics().elevations_rad.len(), "{model:?}");
+        assert_eq!(rings.len(), model.optics().rings.len(), "{model:?}");
         let share = scan.truth.len() as f64 / f64::from(scan.beams);
         assert!(share > 0.95 && share < 1.05, "{model:?}: {share}");
     }

@@ -11,6 +11,7 @@ mod packet;
 mod revolution;
 
 pub use crate::input::points::velodyne::message::{ScanMessage, StampedPacket};
+pub(crate) use crate::input::points::velodyne::packet::{BLOCKS, CHANNELS};
 pub use crate::input::points::velodyne::packet::{PACKET_BYTES, Packet, ReturnMode};
 pub use crate::input::points::velodyne::revolution::{Cut, Decoder};
 pub use crate::sensor::VelodyneModel;

@@ -102,6 +102,19 @@ impl VelodyneModel {
         }
     }
 
+    /// How far above the sensor's centre a laser's beam crosses the axis, metres.
+    pub(crate) fn offset_m(self, laser: usize) -> f64 {
+        -self.focal_m() * self.elevations_deg()[laser].to_radians().tan()
+    }
+
+    /// Time from the first firing of a sequence to a laser's, seconds.
+    pub(crate) fn firing_s(self, laser: usize) -> f64 {
+        let timing = self.timing();
+        #[expect(clippy::cast_precision_loss, reason = "at most 32")]
+        let turn = (laser / timing.at_once) as f64;
+        timing.firing_us * turn * 1e-6
+    }
+
     /// Time from a block's first firing to the next block's, microseconds; in dual mode, to the next pair's.
     pub fn block_us(self) -> f64 {
         self.timing().block_us
@@ -147,13 +160,12 @@ impl Calibration {
             *channel = Channel {
                 cos_elevation: elevation.cos() as f32,
                 sin_elevation: elevation.sin() as f32,
-                offset_m: (-model.focal_m() * elevation.tan()) as f32,
+                offset_m: model.offset_m(laser) as f32,
                 ahead: i32::from(ahead).rem_euclid(TURN.into()).unsigned_abs() as usize,
                 ring: elevations.iter().filter(|&&other| other < elevations[laser]).count() as u16,
                 sequence: sequence as u16,
             };
-            let firing_us = timing.firing_us * (laser / timing.at_once) as f64;
-            let in_block_us = timing.sequence_us * sequence as f64 + firing_us;
+            let in_block_us = timing.sequence_us * sequence as f64 + model.firing_s(laser) * 1e6;
             for (block, firing_s) in firing_s.iter_mut().enumerate() {
                 firing_s[at] = ((timing.block_us * block as f64 + in_block_us) * 1e-6) as f32;
             }

@@ -7,10 +7,10 @@ use crate::message::decode_error;
 pub const PACKET_BYTES: usize = 1206;
 
 /// Blocks in a packet.
-pub(super) const BLOCKS: usize = 12;
+pub(crate) const BLOCKS: usize = 12;
 
 /// Measurements in a block.
-pub(super) const CHANNELS: usize = 32;
+pub(crate) const CHANNELS: usize = 32;
 
 const BLOCK_BYTES: usize = 4 + 3 * CHANNELS;
 
