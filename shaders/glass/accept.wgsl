@@ -8,6 +8,7 @@
 @group(0) @binding(5) var<storage, read_write> scan_panes: array<Pane>;
 @group(0) @binding(6) var<storage, read_write> scores: array<u32>;
 @group(0) @binding(7) var<storage, read_write> glass_counters: array<u32>;
+@group(0) @binding(8) var<storage, read_write> scan_ends: array<vec4<f32>>;
 
 const LANES = 128u;
 
@@ -30,10 +31,34 @@ const NEAR_PANE_M = 0.3;
 // Beside the patch where glass always shows, times its half width: from 20 to 32 degrees from head on, if it reaches to 16.
 const BESIDE_FROM = 1.3;
 const BESIDE_TO = 2.2;
+// Glass shows around the foot of the sensor's perpendicular, as far as BESIDE_TO times the half width at most: at least this
+// share of the beams that show glass lies there. Edges of things that happen to lie in one plane lie anywhere on it.
+const LEAST_AROUND_FOOT = 0.5;
+// A sensor that gives two returns shows glass by them, where light comes back from behind it.
+const LEAST_DUAL = 0.3;
+// Rings around the foot, so many to the half width, left and right of it: the outermost in which at least this share of the
+// beams shows glass tells how far it shows in this scan, as glass shows the more the nearer to head on it is met.
+const RINGS = 8u;
+const RINGS_TO_REACH = 4u;
+const LEAST_IN_RING = 0.3;
+// Where glass would show itself, a line of squares is open air if it has this many beams and a smaller share shows glass.
+const LEAST_NEAR = 6u;
+const LEAST_SHOWING = 0.2;
 
+// Lines of squares past an end at open air whose beams count as going on.
+const PAST_END = 8u;
+
+var<workgroup> around_foot: atomic<u32>;
+var<workgroup> ring_shown: array<atomic<u32>, 16>;
+var<workgroup> ring_beams: array<atomic<u32>, 16>;
+var<workgroup> air_ends: vec2<bool>;   // whether the pane ends at open air where u is least, where it is largest
+var<workgroup> core_ends: vec2<u32>;   // first and last line that shows glass
+var<workgroup> visible_m: f32;         // how far from the foot glass shows in this scan, metres
+var<workgroup> nears: array<vec2<u32>, LANES>;
 var<workgroup> sums: array<vec4<u32>, LANES>;
 var<workgroup> bounds: vec4<u32>;      // first and last square of u, first and last of v
 var<workgroup> accepted: bool;
+var<workgroup> shown_in_all: u32;
 
 fn counts_at(u: u32, v: u32) -> vec4<u32> {
     let at = v * SURVEY_WIDE + u;
@@ -45,20 +70,96 @@ fn counts_at(u: u32, v: u32) -> vec4<u32> {
     );
 }
 
+// The half width of the patch around the foot in which glass shows, metres.
+fn reach_m() -> f32 {
+    return found.plane.w * sqrt(max(1.0 / (glass_params.visible_cos * glass_params.visible_cos) - 1.0, 0.0));
+}
+
+fn off_foot(u: u32, v: u32) -> f32 {
+    let half = 0.5 * vec2(f32(SURVEY_WIDE), f32(SURVEY_HIGH));
+    return SQUARE_M * length(vec2(f32(u), f32(v)) + 0.5 - half);
+}
+
+// Counts what an upright line of squares shows around the foot, by rings.
+fn count_rings(line: u32) {
+    let reach = reach_m();
+    let around = u32(min(BESIDE_TO * reach / SQUARE_M + 1.0, 32.0));
+    let begin = max(bounds.z, SURVEY_HIGH / 2u - around);
+    let end = min(bounds.w + 1u, SURVEY_HIGH / 2u + around);
+    let away = abs(f32(line) + 0.5 - 0.5 * f32(SURVEY_WIDE));
+    for (var v = begin; v < select(begin, end, away < f32(around) && line >= bounds.x && line <= bounds.y); v++) {
+        let off = off_foot(line, v);
+        let counts = counts_at(line, v);
+        let ring = u32(f32(RINGS_TO_REACH) * off / max(reach, 1e-3));
+        let half = select(0u, RINGS, 2u * line >= SURVEY_WIDE);
+        if off < BESIDE_TO * reach && counts.x > 0u {
+            atomicAdd(&around_foot, counts.x);
+        }
+        if ring < RINGS {
+            atomicAdd(&ring_shown[half + ring], counts.x);
+            atomicAdd(&ring_beams[half + ring], counts.x + counts.y + counts.z + counts.w);
+        }
+    }
+}
+
+// How far glass shows, at most to where it always does.
+fn visible_from_rings() -> f32 {
+    var rings = 0u;
+    for (var k = 0u; k < 2u * RINGS; k++) {
+        let beams = atomicLoad(&ring_beams[k]);
+        let shows = beams >= LEAST_NEAR && f32(atomicLoad(&ring_shown[k])) >= LEAST_IN_RING * f32(beams);
+        rings = select(rings, max(rings, k % RINGS + 1u), shows);
+    }
+    return reach_m() * f32(min(rings, RINGS_TO_REACH)) / f32(RINGS_TO_REACH);
+}
+
+// Whether a line of squares is open air: glass would show there.
+fn is_air(line: u32) -> bool {
+    let near = nears[line];
+    return near.x + near.y >= LEAST_NEAR && f32(near.x) < LEAST_SHOWING * f32(near.x + near.y);
+}
+
+// Where open air parts what shows glass along u, the part that shows most: its first and last line.
+fn widest_part() -> vec2<u32> {
+    var best = vec2(bounds.x, bounds.y);
+    var most = 0u;
+    var first = bounds.x;
+    var last = bounds.x;
+    var shown = 0u;
+    for (var line = bounds.x; line < bounds.y + 2u; line++) {
+        if line > bounds.y || is_air(line) {
+            best = select(best, vec2(first, last), shown > most);
+            most = max(most, shown);
+            shown = 0u;
+        } else if sums[line].x > 0u {
+            first = select(first, line, shown == 0u);
+            last = line;
+            shown += sums[line].x;
+        }
+    }
+    return best;
+}
+
 // Sums over one line of squares: number `line` along u (upright lines) or v, between the bounds of the other axis.
-fn line_sum(line: u32, upright: bool) -> vec4<u32> {
+// And near the foot, beams that show glass and beams that go on.
+fn line_sum(line: u32, upright: bool) -> array<vec4<u32>, 2> {
     var sum = vec4(0u);
+    var near = vec4(0u);
     if upright && line < SURVEY_WIDE {
         for (var v = bounds.z; v < bounds.w + 1u; v++) {
-            sum += counts_at(line, v);
+            let counts = counts_at(line, v);
+            sum += counts;
+            near += select(vec4(0u), counts, off_foot(line, v) < visible_m);
         }
     }
     if !upright && line < SURVEY_HIGH {
         for (var u = bounds.x; u < bounds.y + 1u; u++) {
-            sum += counts_at(u, line);
+            let counts = counts_at(u, line);
+            sum += counts;
+            near += select(vec4(0u), counts, off_foot(u, line) < visible_m);
         }
     }
-    return sum;
+    return array(sum, near);
 }
 
 // Beams that show glass in one upright line of squares.
@@ -75,8 +176,10 @@ fn shown_in(line: u32) -> u32 {
 // on, where glass shows no more, beams that end there and beams that go on.
 fn beams_at(line: u32) -> vec4<u32> {
     var sum = vec4(0u);
-    if line >= bounds.x && line <= bounds.y {
-        let reach = found.plane.w * sqrt(max(1.0 / (glass_params.visible_cos * glass_params.visible_cos) - 1.0, 0.0));
+    // Beams past an end at open air count too: of a narrow pane none may slant enough to go on within it.
+    let past = select(vec2(0u), vec2(PAST_END), air_ends);
+    if line + past.x >= bounds.x && line <= bounds.y + past.y {
+        let reach = reach_m();
         let u = SQUARE_M * (f32(line) + 0.5 - 0.5 * f32(SURVEY_WIDE));
         for (var row = bounds.z; row < bounds.w + 1u; row++) {
             let v = SQUARE_M * (f32(row) + 0.5 - 0.5 * f32(SURVEY_HIGH));
@@ -120,7 +223,7 @@ fn grow(from_line: u32, lines: u32, up: bool) -> u32 {
     let most = u32(WIDEST_FRAME_M / SQUARE_M);
     for (var k = 1u; k < lines; k++) {
         let line = select(from_line - k, from_line + k, up);
-        if (up && line >= lines) || (!up && k > from_line) || closed > most {
+        if (up && line >= lines) || (!up && k > from_line) || closed > most || is_air(line) {
             break;
         }
         let sum = sums[line];
@@ -135,7 +238,9 @@ fn grow(from_line: u32, lines: u32, up: bool) -> u32 {
 }
 
 fn measure(lane: u32, upright: bool) {
-    sums[lane] = line_sum(lane, upright);
+    let both = line_sum(lane, upright);
+    sums[lane] = both[0];
+    nears[lane] = vec2(both[1].x + both[1].y, both[1].w);
 }
 
 fn extent() -> vec4<f32> {
@@ -172,6 +277,13 @@ fn accept(@builtin(local_invocation_index) lane: u32) {
         // Without a plane under test all lines are empty.
         bounds = select(vec4(1u, 0u, 1u, 0u), vec4(0u, SURVEY_WIDE - 1u, 0u, SURVEY_HIGH - 1u), tested);
         accepted = false;
+        visible_m = 0.0;
+        air_ends = vec2(false);
+        atomicStore(&around_foot, 0u);
+    }
+    if lane < 2u * RINGS {
+        atomicStore(&ring_shown[lane], 0u);
+        atomicStore(&ring_beams[lane], 0u);
     }
     workgroupBarrier();
     sums[lane] = vec4(shown_in(lane), 0u, 0u, 0u);
@@ -193,14 +305,27 @@ fn accept(@builtin(local_invocation_index) lane: u32) {
         let dense = f32(sum.x) >= LEAST_DENSITY * f32(sum.x + sum.y + sum.z + sum.w);
         let stands = abs(found.plane.z) < LEAST_LYING;
         accepted = tested && dense && stands && sum.x > 0u && pane_number < SCAN_PANES;
+        shown_in_all = sum.x;
+    }
+    workgroupBarrier();
+    count_rings(lane);
+    workgroupBarrier();
+    for (var once = 0u; once < turns_if(lane == 0u); once++) {
+        visible_m = visible_from_rings();
+        accepted = accepted && f32(atomicLoad(&around_foot)) >= LEAST_AROUND_FOOT * f32(shown_in_all);
     }
     workgroupBarrier();
     for (var turn = 0u; turn < 2u; turn++) {
         measure(lane, true);
         workgroupBarrier();
         for (var once = 0u; once < turns_if(lane == 0u && tested); once++) {
+            if turn == 0u {
+                bounds = vec4(widest_part(), bounds.zw);
+                core_ends = bounds.xy;
+            }
             let u = vec2(grow(bounds.x, SURVEY_WIDE, false), grow(bounds.y, SURVEY_WIDE, true));
             bounds = select(bounds, vec4(u, bounds.zw), tested);
+            air_ends = vec2(is_air(max(u.x, 1u) - 1u), is_air(min(u.y + 1u, SURVEY_WIDE - 1u)));
         }
         workgroupBarrier();
         measure(lane, false);
@@ -220,7 +345,9 @@ fn accept(@builtin(local_invocation_index) lane: u32) {
         }
         // What shines head on and yet stops the beams beside is a wall with a gloss.
         let wall = sum.y == 0u && sum.z > sum.w;
-        accepted = accepted && sum.x >= glass_params.min_behind && !wall;
+        let dual = glass_counters[COUNT_DUAL] >= glass_params.min_inliers;
+        let single = dual && f32(sum.y) < LEAST_DUAL * f32(shown_in_all);
+        accepted = accepted && sum.x >= glass_params.min_behind && !wall && !single;
     }
     workgroupBarrier();
     let pane = pane_under_test();
@@ -248,6 +375,8 @@ fn accept(@builtin(local_invocation_index) lane: u32) {
     if lane == 0u {
         if accepted {
             scan_panes[pane_number] = pane;
+            let shown = SQUARE_M * (vec2<f32>(core_ends) + vec2(0.0, 1.0) - 0.5 * f32(SURVEY_WIDE));
+            scan_ends[pane_number] = vec4(shown, select(vec2(0.0), vec2(1.0), air_ends));
             found.panes = pane_number + 1u;
             glass_counters[COUNT_FOUND] = pane_number + 1u;
         } else if tested {

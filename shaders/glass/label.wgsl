@@ -15,6 +15,9 @@ const DUAL_BRIGHTER = 3.0;
 const LEAST_MIRRORED = 2u;
 const LEAST_MEASURED = 4u;
 
+// Nearer to a pane's edge than this a beam may go past it, metres: it does not count for or against the pane.
+const EDGE_M = 0.2;
+
 struct Touching {
     matches: bool,      // a mirrored surface lies there
     count: u32,         // cells that have one
@@ -147,7 +150,8 @@ fn label_met(index: u32, place: u32, slot: u32) -> u32 {
     let first = slot_of_return(rest_of_point(index)) == 0u;
     let over = dot(pane.normal.xyz, point.xyz) - pane.normal.w;
     let on = over < glass_params.plane_tolerance_m;
-    if first && dot(pane.normal.xyz, point.xyz) > glass_params.visible_cos * length(point.xyz) {
+    let head_on = dot(pane.normal.xyz, point.xyz) > glass_params.visible_cos * length(point.xyz);
+    if first && head_on && cross_pane(pane, point.xyz, -EDGE_M).inside {
         count_in(slot, select(PASSING, SHOWING, on));
     }
     if on {

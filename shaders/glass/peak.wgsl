@@ -6,6 +6,10 @@
 
 // The run ends where the intensity has fallen to this share of its maximum.
 const FOOT_SHARE = 0.4;
+// A lobe falls gradually: from one column to the next no more than this share of its maximum, over the columns to its foot
+// (a Gaussian's steepest: 0.82), and noise more. A bright face beside dark ones is a plateau that ends in a step.
+const STEEPEST = 1.25;
+const STEP_NOISE = 0.15;
 // How much of the maximum it may rise again on its way down: noise.
 const NOISE_SHARE = 0.1;
 // Rows above and below must fall to this share of their own maximum.
@@ -36,14 +40,17 @@ fn foot(top_column: u32, top: vec4<f32>, forward: bool) -> u32 {
     let step_rad = 2.0 * PI / f32(glass_params.columns);
     let widest = min(u32(WIDEST_RAD / step_rad), glass_params.columns / 4u);
     var before = top;
+    var steepest = 0.0;
     for (var k = 1u; k < widest + 1u; k++) {
         let next = at(step_column(top_column, k, forward), glass_params.level_row);
         let gap = GAP_NOISE_M + GAP_STEPS * step_rad * length(top.xyz);
         if next.w < 0.0 || distance(next.xyz, before.xyz) > gap || next.w > before.w + NOISE_SHARE * top.w {
             return 0u;
         }
+        steepest = max(steepest, before.w - next.w);
         if next.w <= FOOT_SHARE * top.w {
-            return select(0u, k, k >= LEAST_COLUMNS);
+            let gradual = steepest <= (STEEPEST / f32(k) + STEP_NOISE) * top.w;
+            return select(0u, k, k >= LEAST_COLUMNS && gradual);
         }
         before = next;
     }

@@ -9,6 +9,8 @@
 @group(0) @binding(6) var<storage, read_write> panes: Panes;
 @group(0) @binding(7) var<storage, read_write> met_points: array<u32>;
 @group(0) @binding(8) var pane_texels: texture_storage_2d_array<rgba32float, write>;
+@group(0) @binding(9) var<storage, read> scan_ends: array<vec4<f32>>;
+@group(0) @binding(10) var<storage, read_write> kept_ends: array<vec4<f32>>;
 
 struct Kept {
     last_id: u32,
@@ -30,6 +32,14 @@ const LEAST_HEAD_ON = 30u;
 const LEAST_SHOWING = 0.1;
 // Scans in a row that prove a pane absent.
 const MOST_MISSES = 3u;
+// Scans in which a pane ended at open air that prove that it does not go on there.
+const AIR_SCANS = 3.0;
+// Glass that shows this far beyond such an end takes it back, metres.
+const PAST_END_M = 0.3;
+// Scans that must have found a pane before what is seen through it makes none.
+const LEAST_HITS_BEFORE = 2u;
+// How far behind it that must lie, metres.
+const BEHIND_M = 1.0;
 // A pane that one scan alone found goes away after this many without it.
 const LONE_SCANS = 10u;
 
@@ -101,6 +111,38 @@ fn united(a: vec4<f32>, b: vec4<f32>) -> vec4<f32> {
     return vec4(min(a.x, b.x), max(a.y, b.y), min(a.z, b.z), max(a.w, b.w));
 }
 
+// What a pane of a scan shows of its ends along u of `old`: least and largest u at which it shows glass; 1 where it ends
+// at open air on that side, else 0.
+fn ends_in(old: Pane, fresh: Pane, number: u32) -> vec4<f32> {
+    let ends = scan_ends[number];
+    let foot = fresh.normal.xyz * fresh.normal.w + upright_axis(fresh) * 0.5 * (fresh.extent.z + fresh.extent.w);
+    let along = dot(fresh.level.xyz, old.level.xyz);
+    // From the lidar's foot to the map's: as the extent was moved.
+    let shift = fresh.extent.x - scan_panes[number].extent.x;
+    let shown = vec2(dot(foot, old.level.xyz)) + along * (ends.xy + shift);
+    return select(vec4(shown.yx, ends.wz), vec4(shown, ends.zw), vec4(along > 0.0));
+}
+
+// Whether a pane shows glass only beyond an end of a kept one at which there is open air.
+fn is_past_end(slot: u32, ends: vec4<f32>) -> bool {
+    let kept_at = kept_ends[slot];
+    return (kept_at.z >= AIR_SCANS && ends.y < kept_at.x) || (kept_at.w >= AIR_SCANS && ends.x > kept_at.y);
+}
+
+// The ends of a kept pane after one more scan, and its extent within those that are proven.
+fn ended(slot: u32, pane: Pane, seen: vec4<f32>, ends: vec4<f32>) -> Pane {
+    var at = kept_ends[slot];
+    let past = vec2((at.x - ends.x), (ends.y - at.y)) > vec2(PAST_END_M);
+    let air = ends.zw > vec2(0.0);
+    let counts = select(select(at.zw, vec2(0.0), past), min(at.zw + 1.0, vec2(AIR_SCANS)), air);
+    at = vec4(select(at.xy, seen.xy, air), counts);
+    kept_ends[slot] = at;
+    var out = pane;
+    out.extent.x = select(pane.extent.x, max(pane.extent.x, at.x), at.z >= AIR_SCANS);
+    out.extent.y = select(pane.extent.y, min(pane.extent.y, at.y), at.w >= AIR_SCANS);
+    return out;
+}
+
 fn is_same(old: Pane, fresh: Pane) -> bool {
     if old.id == 0u || abs(dot(old.normal.xyz, fresh.normal.xyz)) < SAME_COS {
         return false;
@@ -150,11 +192,11 @@ fn forgets(pane: Pane, slot: u32) -> Pane {
 }
 
 // The slot for a pane of this scan: of the same pane, else an empty one, else that of the one found least often.
-fn slot_for(pane: Pane) -> u32 {
+fn slot_for(pane: Pane, number: u32) -> u32 {
     var slot = 0u;
     var least = NONE;
     for (var k = 0u; k < KEPT_PANES; k++) {
-        if is_same(kept.panes[k], pane) {
+        if is_same(kept.panes[k], pane) && !is_past_end(k, ends_in(kept.panes[k], pane, number)) {
             return k;
         }
         let hits = select(kept.panes[k].hits + 1u, 0u, kept.panes[k].id == 0u);
@@ -166,18 +208,38 @@ fn slot_for(pane: Pane) -> u32 {
     return slot;
 }
 
+// Whether a pane of this scan stands behind a kept one. Through glass a wall gives two returns too: itself, and what the glass
+// mirrors farther off.
+fn is_behind(seen: Pane, number: u32) -> bool {
+    let ends = scan_ends[number];
+    let e = seen.extent;
+    let at = seen.normal.xyz * seen.normal.w + seen.level.xyz * 0.5 * (ends.x + ends.y) + upright_axis(seen) * 0.5 * (e.z + e.w);
+    var behind = false;
+    for (var k = 0u; k < KEPT_PANES; k++) {
+        let crossing = cross_pane(shown[k], at, 0.0);
+        behind = behind || (crossing.inside && crossing.over > BEHIND_M && kept.panes[k].hits >= LEAST_HITS_BEFORE);
+    }
+    return behind;
+}
+
 fn take_in(number: u32) {
     let seen = scan_panes[number];
     var fresh = to_map(seen);
-    let slot = slot_for(fresh);
+    let slot = slot_for(fresh, number);
+    let old = kept.panes[slot];
+    let ends = ends_in(old, fresh, number);
     var current = seen;
-    if is_same(kept.panes[slot], fresh) {
-        fresh = refined(kept.panes[slot], fresh);
+    if is_same(old, fresh) && !is_past_end(slot, ends) {
+        let seen_extent = extent_in(old, fresh);
+        fresh = ended(slot, refined(old, fresh), seen_extent, ends);
         // This scan's own plane fits it best, as poses have errors; the boundaries are the kept ones.
         current.extent = extent_in(seen, to_lidar(fresh));
+    } else if is_behind(seen, number) {
+        return;
     } else {
         kept.last_id += 1u;
         fresh.id = kept.last_id;
+        kept_ends[slot] = vec4(fresh.extent.xy, scan_ends[number].zw);
         fresh.hits = 1u;
         fresh.misses = 0u;
         fresh.age = 1u;
@@ -211,6 +273,7 @@ fn remember(@builtin(local_invocation_index) lane: u32) {
         }
         for (var k = 0u; k < min(glass_params.loaded, KEPT_PANES); k++) {
             kept.panes[k] = loaded_panes[k];
+            kept_ends[k] = vec4(0.0);
             kept.last_id = max(kept.last_id, loaded_panes[k].id);
         }
         for (var k = 0u; k < KEPT_PANES; k++) {

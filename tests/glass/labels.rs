@@ -132,6 +132,26 @@ fn truth_a_wall_that_shines_head_on_and_stops_slanting_beams_is_no_pane() {
 }
 
 #[test]
+fn truth_a_bright_face_between_dark_ones_is_no_peak() {
+    if skipped() {
+        return;
+    }
+    let room = GlassRoom { glass: false, single: true, yaw: 0.0, ..GlassRoom::default() };
+    let scan = |brightness: &dyn Fn(f64) -> f64| {
+        let (mut scan, _) = room.scan();
+        for point in &mut scan.points {
+            let degrees = f64::from(point.y_m).atan2(f64::from(point.x_m)).to_degrees();
+            point.intensity = brightness(degrees) as f32;
+        }
+        label(&alone(), &scan).counters
+    };
+    let face = scan(&|degrees| if degrees.abs() < 7.0 { 200.0 } else { 40.0 });
+    assert_eq!(face.peak_points, 0, "{face:?}");
+    let lobe = scan(&|degrees| 40.0 + 160.0 * (-(degrees / 6.0).powi(2)).exp());
+    assert!(lobe.peak_points > 20, "the control: {lobe:?}");
+}
+
+#[test]
 fn the_same_scan_gives_the_same_bits_and_the_order_of_points_does_not_matter() {
     if skipped() {
         return;

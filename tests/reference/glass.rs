@@ -35,6 +35,32 @@ pub(crate) fn is_candidate(first: u32, last: u32, peak: bool, gap_m: f64) -> boo
     differ || (some && peak)
 }
 
+/// Columns from a maximum to where the intensity has fallen to 0.4 of it, if it falls gradually (spec 3 §2); else `None`.
+fn foot(row: &[f32], top: usize, step: isize) -> Option<usize> {
+    let at = |k: isize| row[(top as isize + k * step).rem_euclid(row.len() as isize) as usize];
+    let most = (0.35 * row.len() as f32 / std::f32::consts::TAU) as isize;
+    let end = (1..=most).find(|k| at(*k) <= 0.4 * at(0))?;
+    let falls: Vec<f32> = (1..=end).map(|k| at(k - 1) - at(k)).collect();
+    let rises = falls.iter().any(|fall| *fall < -0.1 * at(0));
+    let steepest = falls.iter().copied().fold(0.0, f32::max);
+    let gradual = steepest <= (1.25 / end as f32 + 0.15) * at(0);
+    (end >= 2 && gradual && !rises).then_some(end as usize)
+}
+
+/// Columns of intensity peaks where all rows are alike and no range jumps.
+pub(crate) fn peaks(row: &[f32]) -> Vec<bool> {
+    let mut marks = vec![false; row.len()];
+    for top in 0..row.len() {
+        let [before, after] = [row.len() - 1, 1].map(|step| row[(top + step) % row.len()]);
+        if before > row[top] || after >= row[top] {
+            continue;
+        }
+        let Some((left, right)) = foot(row, top, -1).zip(foot(row, top, 1)) else { continue };
+        (0..=left + right).for_each(|k| marks[(top + row.len() - left + k) % row.len()] = true);
+    }
+    marks
+}
+
 fn hash(value: u32) -> u32 {
     let state = value.wrapping_mul(747_796_405).wrapping_add(2_891_336_453);
     let word = ((state >> ((state >> 28) + 4)) ^ state).wrapping_mul(277_803_737);
@@ -261,4 +287,32 @@ pub(crate) fn refined(kept: &Pane, fresh: &Pane) -> (DVec3, DVec3) {
     let centre_m = fresh.centre_m();
     let off_m = n.dot(centre_m) - f64::from(kept.normal.w);
     ((n * weight + m).normalize(), centre_m - n * (off_m * weight / (weight + 1.0)))
+}
+
+/// What is known of a kept pane's ends (least and largest u at open air, scans that say so) and its extent along u after a scan
+/// that saw it from `seen[0]` to `seen[1]` and showed `ends` (least and largest u of glass, 1 where it ended at open air);
+/// `None` where the scan shows another pane, past an end.
+pub(crate) fn ended(
+    known: [f32; 4],
+    extent: [f32; 2],
+    seen: [f32; 2],
+    ends: [f32; 4],
+) -> Option<([f32; 4], [f32; 2])> {
+    let [low, high, low_scans, high_scans] = known;
+    if (low_scans >= 3.0 && ends[1] < low) || (high_scans >= 3.0 && ends[0] > high) {
+        return None;
+    }
+    let after = |at: f32, scans: f32, seen: f32, air: bool, past: bool| match (air, past) {
+        (true, _) => (seen, (scans + 1.0).min(3.0)),
+        (false, true) => (at, 0.0),
+        (false, false) => (at, scans),
+    };
+    let (low, low_scans) = after(low, low_scans, seen[0], ends[2] > 0.0, low - ends[0] > 0.3);
+    let (high, high_scans) = after(high, high_scans, seen[1], ends[3] > 0.0, ends[1] - high > 0.3);
+    let united = [extent[0].min(seen[0]), extent[1].max(seen[1])];
+    let cut = [
+        if low_scans >= 3.0 { united[0].max(low) } else { united[0] },
+        if high_scans >= 3.0 { united[1].min(high) } else { united[1] },
+    ];
+    Some(([low, high, low_scans, high_scans], cut))
 }

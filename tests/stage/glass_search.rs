@@ -1,47 +1,46 @@
-//! Candidates, hypotheses, the fit of a plane, boundaries and the memory of panes, pass by pass, against their twins.
+//! Intensity peaks, candidates, hypotheses and the fit of a plane, pass by pass, against their twins.
 
 use bytemuck::{Pod, Zeroable, cast_slice};
 use glam::{DVec3, Vec3, Vec4};
 use limpid::Config;
 use limpid::base::Rigid;
 use limpid::gpu::Invocations;
-use limpid::map::Pane;
 use limpid::sensor::BeamGrid;
 use limpid::stage::glass::{
-    ACCEPT, CANDIDATE, CANDIDATE_ROW, FIT, Glass, GlassMoment, GlassParams, MOST_CANDIDATES, REMEMBER, SCORE,
+    CANDIDATE, CANDIDATE_ROW, FIT, Glass, GlassMoment, GlassParams, MOST_CANDIDATES, PEAK, SCORE,
 };
+use limpid::stage::lidar::intensity_layers::POINT_ROW;
 
-use crate::reference::glass::{hypothesis, is_candidate, lower_quartile, refined, refit};
+use crate::reference::glass::{hypothesis, is_candidate, lower_quartile, peaks, refit};
 use crate::support::glass_room::GlassRoom;
-use crate::support::gpu::{Fragment, Outputs, skipped};
+use crate::support::gpu::{Fragment, skipped};
 use crate::support::random::Random;
 
 const NONE: u32 = u32::MAX;
-const SQUARES: usize = 8192;
-const WIDE: usize = 128;
+pub(super) const SQUARES: usize = 8192;
 
 /// `found` of the shaders.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Default, Pod, Zeroable)]
-struct Found {
-    candidates: u32,
-    panes: u32,
-    inliers: u32,
-    pad: u32,
-    plane: Vec4,
-    level: Vec4,
+pub(super) struct Found {
+    pub(super) candidates: u32,
+    pub(super) panes: u32,
+    pub(super) inliers: u32,
+    pub(super) pad: u32,
+    pub(super) plane: Vec4,
+    pub(super) level: Vec4,
 }
 
-fn grid() -> BeamGrid {
+pub(super) fn grid() -> BeamGrid {
     BeamGrid::of_scan(&GlassRoom { yaw: 0.0, ..GlassRoom::default() }.scan().0).unwrap()
 }
 
-fn params(grid: BeamGrid, config: &Config, pose: Rigid) -> GlassParams {
+pub(super) fn params(grid: BeamGrid, config: &Config, pose: Rigid) -> GlassParams {
     let moment = GlassMoment { points: 0, local_from_lidar: pose, load: None };
     Glass { grid, load: limpid::map::PaneSet::default() }.params(config, &moment)
 }
 
-fn usual() -> GlassParams {
+pub(super) fn usual() -> GlassParams {
     params(grid(), &Config::default(), Rigid::IDENTITY)
 }
 
@@ -214,174 +213,40 @@ fn a_fit_of_too_few_or_to_nothing_leaves_no_plane() {
     assert_eq!(fit(&candidates(60, 0, false), &[0; 512]).inliers, 0, "no hypothesis has a score");
 }
 
-/// A survey in which a function gives the counts of each square.
-fn survey(counts: impl Fn(usize, usize) -> [u32; 5]) -> Vec<u32> {
-    let mut words = vec![0; 5 * SQUARES];
-    for v in 0..64 {
-        for u in 0..WIDE {
-            for (kind, count) in counts(u, v).into_iter().enumerate() {
-                words[kind * SQUARES + v * WIDE + u] = count;
+#[test]
+fn twin_of_peaks_lobes_are_some_and_plateaus_are_none() {
+    if skipped() {
+        return;
+    }
+    let grid = BeamGrid { rows: 5, level_row: 2, columns: 360, ..grid() };
+    let lobe = |k: f32, width: f32| 10.0 + 190.0 * (-(k / width).powi(2)).exp();
+    let plateau = |k: f32, width: f32| if k.abs() < width { 200.0 } else { 10.0 };
+    // As a beam's width blurs it.
+    let blurred = |k: f32, width: f32| 10.0 + 190.0 * (0.5 + (width - k.abs()) / 2.0).clamp(0.0, 1.0);
+    for width in [3.0, 6.0, 10.0, 14.0] {
+        for (profile, is_lobe) in
+            [(&lobe as &dyn Fn(f32, f32) -> f32, true), (&plateau, false), (&blurred, false)]
+        {
+            let row: Vec<f32> = (0..360).map(|column| profile(column as f32 - 180.2, width)).collect();
+            let (mut points, mut cells) = (Vec::new(), Vec::new());
+            for (column, intensity) in row.iter().enumerate() {
+                let (sin, cos) = (column as f32).to_radians().sin_cos();
+                for up in 0..5 {
+                    cells.extend([500 << 18 | (points.len() / 8) as u32, NONE]);
+                    points.extend([5.0 * cos, 5.0 * sin, 0.1 * up as f32, *intensity, 0.0, 0.0, 0.0, 0.0]);
+                }
             }
-        }
-    }
-    words
-}
-
-const SHOWN: [u32; 5] = [4, 0, 0, 0, 0];
-const BRIGHT: [u32; 5] = [0, 0, 9, 0, 0];
-const BEYOND: [u32; 5] = [0, 0, 0, 6, 0];
-
-fn accept(survey: &[u32], candidates: &[[f32; 4]], tilt: f32) -> Outputs {
-    let normal = Vec3::new(tilt.cos(), 0.0, tilt.sin());
-    let found = Found {
-        candidates: candidates.len() as u32,
-        inliers: 50,
-        plane: normal.extend(4.0),
-        level: Vec4::new(0.0, 1.0, 0.0, 30.0),
-        ..Found::default()
-    };
-    Fragment::new()
-        .params("glass_params", &usual())
-        .float_texture("candidates", CANDIDATE_ROW, MOST_CANDIDATES / CANDIDATE_ROW, candidates)
-        .input("survey", survey)
-        .changed("found", &[found])
-        .texture_output("left", CANDIDATE_ROW, MOST_CANDIDATES / CANDIDATE_ROW)
-        .changed("scan_panes", &[Pane::default(); 4])
-        .changed("scores", &[1_u32; 512])
-        .changed("glass_counters", &[0_u32; 16])
-        .run(ACCEPT, Invocations::line(1))
-}
-
-fn found_panes(out: &Outputs) -> u32 {
-    out.words("found")[1]
-}
-
-#[test]
-fn truth_boundaries_go_over_frames_and_end_at_walls() {
-    if skipped() {
-        return;
-    }
-    // Glass at u = 60..=66 and v = 30..=34; beyond a frame of two squares a view through at u = 69..=72; wall around.
-    let squares = |u: usize, v: usize| match (u, v) {
-        (60..=66, 30..=34) => SHOWN,
-        (69..=72, 30..=34) => BEYOND,
-        (_, 20..=45) => BRIGHT,
-        _ => [0; 5],
-    };
-    let on = [4.0, 0.3, 0.0, 20.0];
-    let off = [2.0, 1.0, 0.4, 20.0];
-    let behind = [8.0, 0.0, 0.0, 20.0];
-    let list: Vec<[f32; 4]> = (0..130).map(|k| [on, off, behind][k % 3]).collect();
-    let out = accept(&survey(squares), &list, 0.0);
-    assert_eq!(found_panes(&out), 1);
-    let pane: Pane = bytemuck::pod_read_unaligned(cast_slice(&out.words("scan_panes")[..16]));
-    let metres = |square: usize, middle: f32| (square as f32 - middle) * 0.25;
-    let want = Vec4::new(metres(60, 64.0), metres(73, 64.0), metres(30, 32.0), metres(35, 32.0));
-    assert_eq!(pane.extent_m, want);
-    assert_eq!((pane.normal, pane.level), (Vec4::new(1.0, 0.0, 0.0, 4.0), Vec4::new(0.0, 1.0, 0.0, 30.0)));
-    let left = list.iter().filter(|c| **c == off).count();
-    assert_eq!(out.words("found")[0] as usize, left);
-    assert!(out.floats("left")[..4 * left].chunks(4).all(|c| c == off));
-    assert!(out.words("scores").iter().all(|&score| score == 0));
-    // A wall of a metre ends it.
-    let wall = |u: usize, v: usize| if (67..=70).contains(&u) { BRIGHT } else { squares(u, v) };
-    let out = accept(&survey(wall), &list, 0.0);
-    let pane: Pane = bytemuck::pod_read_unaligned(cast_slice(&out.words("scan_panes")[..16]));
-    assert_eq!((found_panes(&out), pane.extent_m.y), (1, metres(67, 64.0)));
-    // The controls: nothing goes on behind it, or it lies.
-    let blind = |u: usize, v: usize| match squares(u, v) {
-        SHOWN => [0, 0, 0, 0, 4],
-        BEYOND => BRIGHT,
-        other => other,
-    };
-    assert_eq!(found_panes(&accept(&survey(blind), &list, 0.0)), 0);
-    assert_eq!(found_panes(&accept(&survey(squares), &list, 1.0)), 0, "a floor");
-    // Glass that shows on less than a tenth of the beams is no pane.
-    let thin = |u: usize, v: usize| if squares(u, v) == SHOWN { [4, 0, 60, 0, 0] } else { squares(u, v) };
-    let out = accept(&survey(thin), &list, 0.0);
-    assert_eq!((found_panes(&out), out.words("glass_counters")[6]), (0, 1));
-}
-
-/// `kept` and `panes` after one scan that shows `fresh`.
-fn remember(kept: &Pane, fresh: &Pane, pose: Rigid) -> (Vec<Pane>, Vec<Pane>) {
-    let mut list = [Pane::default(); 16];
-    list[0] = *kept;
-    let header = |count: u32, panes: &[Pane]| {
-        let words: &[u32] = cast_slice(panes);
-        [&[count, 0, 0, 0], words].concat()
-    };
-    let mut scan = [Pane::default(); 4];
-    scan[0] = *fresh;
-    let out = Fragment::new()
-        .params("glass_params", &params(grid(), &Config::default(), pose))
-        .input("scan_panes", &scan)
-        .input("found", &[Found { panes: 1, ..Found::default() }])
-        .input("loaded_panes", &[Pane::default(); 16])
-        .changed("kept", &header(kept.id, &list))
-        .changed("pane_counts", &[0_u32; 128])
-        .output("panes", 4 + 16 * 16)
-        .changed("met_points", &[9_u32; 2])
-        .texture_output("pane_texels", 4, 16)
-        .run(REMEMBER, Invocations::line(1));
-    assert_eq!(out.words("met_points")[0], 0);
-    // The texels are the panes, with numbers as floats.
-    for (slot, (texels, pane)) in
-        out.floats("pane_texels").chunks(16).zip(out.words("panes")[4..].chunks(16)).enumerate()
-    {
-        assert!(
-            texels[..12].iter().map(|value| value.to_bits()).eq(pane[..12].iter().copied()),
-            "slot {slot}"
-        );
-        let numbers = [pane[12], pane[13], out.words("panes")[0], 0].map(|number| number as f32);
-        assert_eq!(texels[12..], numbers, "slot {slot}");
-    }
-    let read = |name: &str| {
-        let panes = out.words(name)[4..].chunks(16);
-        panes.map(|words| bytemuck::pod_read_unaligned::<Pane>(cast_slice(words))).collect()
-    };
-    (read("kept"), read("panes"))
-}
-
-#[test]
-fn twin_of_the_memory_of_panes() {
-    if skipped() {
-        return;
-    }
-    let pane = |degrees: f32, distance_m: f32| {
-        let (sin, cos) = degrees.to_radians().sin_cos();
-        Pane {
-            normal: Vec4::new(cos, sin, 0.0, distance_m),
-            level: Vec4::new(-sin, cos, 0.0, 30.0),
-            extent_m: Vec4::new(-1.5, 2.0, -1.0, 1.5),
-            id: 1,
-            hits: 3,
-            misses: 0,
-            age: 5,
-        }
-    };
-    let pose =
-        Rigid { rotation: glam::DQuat::from_rotation_z(0.7), translation_m: DVec3::new(0.4, -0.8, 0.2) };
-    let to_lidar = pose.inverse();
-    for (degrees, distance_m, same) in
-        [(0.0, 4.0, true), (3.0, 4.1, true), (-5.0, 3.8, true), (12.0, 4.0, false), (0.0, 4.5, false)]
-    {
-        let (kept, fresh) = (pane(0.0, 4.0), pane(degrees, distance_m));
-        let seen = fresh.moved(to_lidar);
-        let (after, now) = remember(&kept, &seen, pose);
-        let count = after.iter().filter(|pane| pane.id != 0).count();
-        assert_eq!(count, if same { 1 } else { 2 }, "{degrees} degrees, {distance_m} m");
-        assert_eq!(now[0].id, 1);
-        if same {
-            let (normal, on_plane_m) = refined(&kept, &fresh);
-            let got = after[0].unit_normal().as_dvec3();
-            assert!(got.dot(normal) > 1.0 - 1e-7, "{got} {normal}");
-            assert!((got.dot(on_plane_m) - f64::from(after[0].normal.w)).abs() < 1e-4);
-            assert_eq!((after[0].hits, after[0].misses, after[0].age), (4, 0, 6));
-            // The scan's own plane fits it best.
-            assert!((now[0].normal - seen.normal).abs().max_element() < 1e-4, "{:?} {seen:?}", now[0]);
-        } else {
-            assert_eq!((after[1].id, after[1].hits, after[1].age), (2, 1, 1));
-            assert_eq!((after[0].hits, after[0].normal), (3, kept.normal));
+            let height = (2 * cells.len() as u32 / 2).div_ceil(POINT_ROW);
+            points.resize(4 * (POINT_ROW * height) as usize, 0.0);
+            let out = Fragment::new()
+                .params("glass_params", &params(grid.clone(), &Config::default(), Rigid::IDENTITY))
+                .texture("points", [POINT_ROW, height], cast_slice(&points))
+                .input("beam_cells", &cells)
+                .changed("peaks", &vec![0_u32; cells.len() / 2])
+                .run(PEAK, Invocations::line(360));
+            let got: Vec<bool> = out.words("peaks").chunks(5).map(|rows| rows[2] != 0).collect();
+            assert_eq!(got, peaks(&row), "width {width}, lobe: {is_lobe}");
+            assert_eq!(got.contains(&true), is_lobe, "width {width}");
         }
     }
 }

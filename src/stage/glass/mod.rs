@@ -56,6 +56,8 @@ const POINTS_EACH: u32 = 16;
 const SURVEY_WORDS: u64 = 5 * 8192;
 /// Counts per pane (`PANE_COUNTS`).
 const PANE_COUNTS: u64 = 8;
+/// Bytes of what is known of a pane's ends.
+const ENDS_BYTES: u64 = 16;
 /// Bytes before the panes in `kept` and in `panes`.
 pub const HEADER_BYTES: u64 = 16;
 
@@ -232,6 +234,7 @@ impl Glass {
         plan.upload("loaded_panes", pane * KEPT_PANES as u64)?;
         plan.state("kept", HEADER_BYTES + pane * KEPT_PANES as u64)?;
         plan.state("pane_counts", 4 * PANE_COUNTS * KEPT_PANES as u64)?;
+        plan.state("kept_ends", ENDS_BYTES * KEPT_PANES as u64)?;
         for (name, bytes) in [
             ("beam_cells", 8 * size),
             ("mirrored", 4 * size),
@@ -242,6 +245,7 @@ impl Glass {
             ("found", 48),
             ("survey", 4 * SURVEY_WORDS),
             ("scan_panes", pane * u64::from(SCAN_PANES)),
+            ("scan_ends", ENDS_BYTES * u64::from(SCAN_PANES)),
         ] {
             plan.scratch(name, bytes)?;
         }
