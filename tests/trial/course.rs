@@ -22,8 +22,19 @@ fn kept_trials_are_taken_where_their_settings_hold() {
     assert!(!made);
     assert_eq!((again.line(), again.outcome.name()), (record.line(), record.outcome.name()));
     assert_eq!((again.pictures.len(), again.steps.len()), (record.pictures.len(), record.steps.len()));
-    // A file that is cut off, or of other settings, is made anew.
-    let path = folder.path().join("dying-L0-drm-6000.json");
+}
+
+#[test]
+fn a_kept_trial_that_is_cut_off_or_of_other_settings_is_made_anew() {
+    let folder = tempfile::tempdir().unwrap();
+    let first = course(Some(folder.path()), 0.0);
+    // There is no way through the scenes of this seed, so that making it takes no time.
+    let trial = &first.trials(Scenario::Glass, &[], &["default".into()], &[6103])[0];
+    let context = crate::support::gpu::context();
+    let (record, made) = first.run(&context, trial).unwrap();
+    assert!(made && matches!(record.outcome, Outcome::Impossible { .. }), "{}", record.line());
+    assert!(!first.run(&context, trial).unwrap().1);
+    let path = folder.path().join("glass-L0-default-6103.json");
     let text = std::fs::read_to_string(&path).unwrap();
     std::fs::write(&path, &text[..text.len() / 2]).unwrap();
     assert!(first.run(&context, trial).unwrap().1);
