@@ -43,7 +43,7 @@ const PATIENCE: Duration = Duration::from_secs(20);
 pub struct Trial {
     /// Messages played.
     pub sent: u64,
-    /// Maps that came.
+    /// Maps with free cells that came.
     pub maps: usize,
     /// From the arrival of a sensor's data to that of the map with it, milliseconds, ascending.
     pub latencies_ms: Vec<f64>,
@@ -64,7 +64,7 @@ impl Trial {
 
     /// A table in Markdown.
     pub fn table(&self) -> String {
-        let mut table = String::from("| messages played | maps | median ms | p90 ms | longest ms |\n");
+        let mut table = String::from("| messages played | maps with free floor | median ms | p90 ms | longest ms |\n");
         table += "|---|---|---|---|---|\n";
         let [median, p90, longest] = [0.5, 0.9, 1.0].map(|share| self.at(share));
         // Writing into a String cannot fail.
