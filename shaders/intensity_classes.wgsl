@@ -201,10 +201,10 @@ fn intensity_classes(@builtin(global_invocation_id) id: vec3<u32>) {
 
     let value = max(values.tall, values.plane);
     let decided = values.returns >= intensity_classes_params.min_returns;
-    let solid = decided && value > intensity_classes_params.gamma;
     let excess = max(values.plane - values.below, 0.0);
     let glass = decided && excess > intensity_classes_params.transparent_threshold
         && !(values.tall > intensity_classes_params.gamma);
+    let solid = decided && is_solid(cell, value, glass);
     let seen_now = select(0u, max(steps_of(excess), 1u), glass);
     var forgotten = entered(id.x, id.y);
     if clearing {
@@ -226,7 +226,7 @@ fn intensity_classes(@builtin(global_invocation_id) id: vec3<u32>) {
     if solid {
         kind = SOLID;
     }
-    let strength = max(glass_steps, select(0u, max(steps_of(value), 1u), solid));
+    let strength = max(glass_steps, select(0u, max(steps_of(solid_strength(value)), 1u), solid));
     let said = decided || seen_now > 0u || kind == FREE;
     let word = kind | (glass_steps << GLASS_SHIFT) | (strength << STRENGTH_SHIFT);
     keep_class(slot, word, said, Place(sector, range, behind));

@@ -42,6 +42,8 @@ pub struct Options {
     pub images: bool,
     /// Whether the grids beside the map are read back.
     pub layers: bool,
+    /// Whether what learned solidity judges cells by is read back.
+    pub solidity_inputs: bool,
     /// Whether the map of one sensor comes with its verdicts; that of several always does.
     pub verdicts: bool,
     /// Whether the map goes on without data, as on a robot: even that of one sensor is published apart

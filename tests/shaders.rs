@@ -43,6 +43,8 @@ const PIPELINE: &[ShaderSource] = &[
     ingest::INGEST,
     intensity_classes::INTENSITY_CLASSES,
     intensity_classes::INTENSITY_CLASSES_AND_BEAMS,
+    intensity_classes::INTENSITY_CLASSES_LEARNED,
+    intensity_classes::INTENSITY_CLASSES_LEARNED_AND_BEAMS,
     intensity_layers::INTENSITY_LAYERS,
     intensity_layers::INTENSITY_LAYERS_OF_BUFFER,
     intensity_layers::INTENSITY_LAYERS_AND_BEAMS,
@@ -80,6 +82,7 @@ fn all() -> impl Iterator<Item = ShaderSource> {
         .chain([limpid::stage::glass::CLEAN])
         .chain(limpid::stage::ground::ALL)
         .chain(limpid::stage::drops::ALL)
+        .chain(limpid::stage::lidar::solidity::ALL)
 }
 
 fn wgsl_files(folder: &Path, found: &mut BTreeSet<String>) {
@@ -126,6 +129,8 @@ fn scan_job() -> LidarJob {
         plane_rings: None,
         deskew: true,
         layers: true,
+        solidity: None,
+        solidity_inputs: false,
         glass: None,
         map: Arc::new(MapJob::of_lidar(&Config { drop_m: 0.15, ..Config::default() }, 200, false)),
         sensor: 0,
@@ -141,6 +146,12 @@ fn glass_job() -> LidarJob {
     let glass = limpid::stage::glass::Glass { grid, load: limpid::map::PaneSet::default() };
     let map = Arc::new(MapJob::of_lidar(&Config::default(), 200, true));
     LidarJob { glass: Some(glass), map, ..scan_job() }
+}
+
+/// With learned solidity.
+fn learned(job: LidarJob) -> LidarJob {
+    let model = limpid::stage::lidar::solidity::SolidityModel::shipped().unwrap();
+    LidarJob { solidity: Some(Arc::new(model)), solidity_inputs: true, ..job }
 }
 
 const ALL_LAYERS: Layers = Layers { cameras: true, lidars: true, panes: true, drops: true };
@@ -174,6 +185,8 @@ fn one_map_plans() -> Vec<Plan> {
             let scans = Arc::new(LidarJob { map, scope: scope(), ..scans });
             if layers.lidars {
                 plans.push(mapper::lidar_plan(&scans, &mapper::lidar_stages(&scans)).unwrap());
+                let scans = Arc::new(learned((*scans).clone()));
+                plans.push(mapper::lidar_plan(&scans, &mapper::lidar_stages(&scans)).unwrap());
             }
         }
     }
@@ -185,7 +198,7 @@ fn plans() -> Vec<Plan> {
     let mut plans: Vec<_> = jobs().iter().map(camera_plan).collect();
     plans.push(limpid::sim::simulator::plan(&small_room()).unwrap());
     plans.push(limpid::sim::lidar::plan(&Lidar::default()).unwrap());
-    for scans in [scan_job(), glass_job()] {
+    for scans in [scan_job(), glass_job(), learned(scan_job()), learned(glass_job())] {
         let job = Arc::new(scans);
         plans.push(mapper::lidar_plan(&job, &mapper::lidar_stages(&job)).unwrap());
     }

@@ -33,3 +33,8 @@ const SOLID = 2u;
 const PASSABLE = 3u;
 const TRANSPARENT = 4u;
 const INFLATED = 5u;
+
+// Returns of beams that have two (sensor::ReturnType).
+const FIRST_RETURN = 1u;
+const LAST_RETURN = 2u;
+const STRONGEST_RETURN = 4u;

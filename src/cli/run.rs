@@ -95,6 +95,7 @@ pub(crate) fn execute(arguments: &RunArguments) -> Result<ExitCode> {
         layers: outputs.dump.is_some(),
         // The saved map asks them which inscribed cells are free.
         verdicts: written || arguments.map.is_some(),
+        solidity_inputs: false,
         live: false,
     };
     let range = arguments.frames.clone().unwrap_or(0..u64::MAX);

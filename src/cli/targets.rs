@@ -4,6 +4,8 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use clap::Args;
+use limpid::gpu::Context;
+use limpid::offline::solidity;
 use limpid::offline::targets::{Distance, Request, SampleFile, make};
 use limpid::stage::targets::Rule;
 use limpid::{Config, Result};
@@ -14,9 +16,15 @@ use super::paths::{Paths, ends_in};
 #[derive(Debug, Args)]
 pub(crate) struct TargetsArguments {
     /// Recordings with colour and poses: MCAP files, rosbag2 folders and .db3 files, ROS 1 bags, TUM folders
-    #[arg(required = true)]
+    #[arg(required_unless_present = "solidity")]
     inputs: Vec<PathBuf>,
-    /// Write NAME.safetensors into this folder for each recording
+    /// Instead, cells of simulated lidar scans for learned solidity: of the scenes of these seeds
+    #[arg(long, value_name = "FIRST-LAST", value_parser = seeds, conflicts_with = "inputs")]
+    solidity: Option<(u64, u64)>,
+    /// Cells of a scan that are kept, at most, with --solidity
+    #[arg(long, value_name = "N", default_value_t = 400, requires = "solidity", value_parser = clap::value_parser!(u64).range(1..))]
+    cells: u64,
+    /// Write NAME.safetensors into this folder for each recording; with --solidity FIRST-LAST.safetensors
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
     /// Parameters in YAML (topics, frames, transforms)
@@ -47,6 +55,34 @@ fn positive(text: &str) -> std::result::Result<f64, String> {
     number.ok_or_else(|| format!("`{text}` is not a positive number"))
 }
 
+fn seeds(text: &str) -> std::result::Result<(u64, u64), String> {
+    let wrong = || format!("`{text}` is not of the form FIRST-LAST, as in 30000-30999");
+    let (first, last) = text.split_once('-').ok_or_else(wrong)?;
+    let number = |text: &str| text.parse().map_err(|_| wrong());
+    let (first, last) = (number(first)?, number(last)?);
+    if first <= last { Ok((first, last)) } else { Err(wrong()) }
+}
+
+/// Cells for learned solidity.
+fn cells((first, last): (u64, u64), config: Config, arguments: &TargetsArguments) -> Result<()> {
+    let (start, mut file) = (Instant::now(), solidity::CellFile::default());
+    let most_cells = usize::try_from(arguments.cells).unwrap_or(usize::MAX);
+    let request = solidity::Request { config, most_cells };
+    let context = Context::open(arguments.adapter.as_deref(), false)?;
+    for seed in first..=last {
+        for cells in solidity::make(seed, &request, &context)? {
+            file.add(&cells);
+        }
+    }
+    std::fs::create_dir_all(&arguments.output).map_err(limpid::Error::file(&arguments.output))?;
+    let path = arguments.output.join(format!("{first}-{last}.safetensors"));
+    file.save(&path)?;
+    println!("{}", path.display());
+    let (count, seconds) = (file.count(), start.elapsed().as_secs_f64());
+    println!("{count} cells of {} scenes in {seconds:.1} s on {}", last - first + 1, context.describe());
+    Ok(())
+}
+
 pub(crate) fn execute(arguments: &TargetsArguments) -> Result<()> {
     let common =
         Common { config: arguments.config.clone(), method: None, weights: None, port: None, adapter: None };
@@ -55,6 +91,9 @@ pub(crate) fn execute(arguments: &TargetsArguments) -> Result<()> {
         arguments.inputs.iter().fold(Paths::default(), |paths, input| paths.reads("the recording", input));
     let paths = inputs.may_read("-c", arguments.config.as_deref()).reads_of(&config);
     paths.may_fill("-o", Some(&arguments.output), |path| ends_in(path, &["safetensors"])).check()?;
+    if let Some(seeds) = arguments.solidity {
+        return cells(seeds, config, arguments);
+    }
     let rule = Rule {
         baseline_m: arguments.baseline,
         noise_px: arguments.noise,

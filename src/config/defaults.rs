@@ -2,7 +2,7 @@
 
 use super::{
     Config, Fusion, GroundSource, InflationKernel, InflationLaw, LayerMeasure, LidarClearsCamera, Method,
-    PlaneSource, SolidBy,
+    PlaneSource, Solidity,
 };
 use crate::sensor::ReturnCodes;
 
@@ -87,7 +87,7 @@ impl Default for Config {
             deskew: true,
             pose_jump_m_s: 10.0,
             pose_jump_deg_s: 360.0,
-            solid_by: SolidBy::Auto,
+            solidity: Solidity::Auto,
             intensity_full_scale: 255.0,
             intensity_percentile: 99.0,
             layer_heights_m: vec![-0.5, 0.0, 0.5],
@@ -99,7 +99,7 @@ impl Default for Config {
             elevation_step_deg: 0.0,
             elevation_range_deg: [0.0, 0.0],
             min_returns: 1,
-            gamma: 0.5,
+            gamma: None,
             transparent_threshold: 0.1,
             transparent_decay_s: 0.0,
             transparent_clear: 0.0,

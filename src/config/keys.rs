@@ -112,7 +112,7 @@ const LIDAR: &[&str] = &[
     "deskew",
     "pose_jump_m_s",
     "pose_jump_deg_s",
-    "solid_by",
+    "solidity",
     "intensity_full_scale",
     "intensity_percentile",
     "layer_heights_m",

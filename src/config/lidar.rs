@@ -21,11 +21,14 @@ pub enum PlaneSource {
 /// What makes a cell solid.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub enum SolidBy {
-    /// By intensity while the scans bear out its full scale and gamma, else what stands.
+pub enum Solidity {
+    /// [`Self::Learned`] where no gamma is stated; else by intensity while the scans bear out its full scale and gamma, and
+    /// what stands where they do not.
     Auto,
     /// A layer above gamma (spec 2 §3), whatever the scans say of the scale.
     Intensity,
+    /// A model of shape and of beams that go on behind (spec 6 §3), whatever the scale of intensities.
+    Learned,
     /// Any return that stands above the ground: nothing that stands is passable.
     Standing,
 }
@@ -60,7 +63,23 @@ pub const MAX_TALL_LAYERS: usize = 16;
 /// Farthest reach of the inflation, cells.
 const MAX_REACH_CELLS: f64 = 64.0;
 
+/// Gamma where none is stated, share of full scale.
+const GAMMA: f64 = 0.5;
+
 impl Config {
+    /// Gamma as stated, else 0.5.
+    pub fn gamma_or_default(&self) -> f64 {
+        self.gamma.unwrap_or(GAMMA)
+    }
+
+    /// What makes a cell solid: [`Solidity::Auto`] settles for [`Solidity::Learned`] where no gamma is stated.
+    pub fn settled_solidity(&self) -> Solidity {
+        match self.solidity {
+            Solidity::Auto if self.gamma.is_none() => Solidity::Learned,
+            stated => stated,
+        }
+    }
+
     /// Cells along one side of the lidar map.
     ///
     /// # Errors
@@ -89,7 +108,7 @@ impl Config {
             ("plane_half_thickness_m", self.plane_half_thickness_m),
             ("azimuth_step_deg", self.azimuth_step_deg),
             ("elevation_step_deg", self.elevation_step_deg),
-            ("gamma", self.gamma),
+            ("gamma", self.gamma_or_default()),
             ("transparent_threshold", self.transparent_threshold),
             ("transparent_decay_s", self.transparent_decay_s),
             ("transparent_clear", self.transparent_clear),

@@ -20,7 +20,7 @@ mod validate;
 
 pub use crate::sensor::SensorKind;
 pub use keys::{Scope, scope_of};
-pub use lidar::{InflationKernel, LayerMeasure, MAX_TALL_LAYERS, PlaneSource, SolidBy};
+pub use lidar::{InflationKernel, LayerMeasure, MAX_TALL_LAYERS, PlaneSource, Solidity};
 pub use map::{Fusion, GroundSource, InflationLaw, LidarClearsCamera, MAX_POINTS};
 pub use sensors::{MAX_SENSORS, SensorConfig, SensorInfo};
 
@@ -246,8 +246,8 @@ pub struct Config {
     pub pose_jump_m_s: f64,
     /// Rate of turning above which it does, degrees per second; 0: none does.
     pub pose_jump_deg_s: f64,
-    /// What makes a lidar's cell solid: bright returns, or returns that stand above the ground.
-    pub solid_by: SolidBy,
+    /// What makes a lidar's cell solid: bright returns, shape and beams that end there, or any return above the ground.
+    pub solidity: Solidity,
     /// R: intensity of full scale, in the sensor's unit; 0: `intensity_percentile` of the first scan.
     pub intensity_full_scale: f64,
     /// Percentile of the first scan's intensities that is taken as full scale.
@@ -270,8 +270,9 @@ pub struct Config {
     pub elevation_range_deg: [f64; 2],
     /// Returns under which a cell stays undecided (unknown).
     pub min_returns: u32,
-    /// Gamma: a cell none of whose layers is above it is passable; in the unit of `layer_measure`.
-    pub gamma: f64,
+    /// Gamma: a cell none of whose layers is above it is passable; in the unit of `layer_measure`. `None`: 0.5 where intensity is
+    /// asked for ([`Config::gamma_or_default`]), and `solidity: auto` is learned.
+    pub gamma: Option<f64>,
     /// Excess of the plane z = 0 over the plane below it from which a cell counts as transparent; same unit.
     pub transparent_threshold: f64,
     /// Time in which a transparent cell's value falls to 1/e, seconds; 0: never.

@@ -94,6 +94,9 @@ pub struct LidarUpdate {
     pub glass: Option<LabelledScan>,
     /// Grids beside the map, when they were asked for.
     pub layers: Option<ScanLayers>,
+    /// What learned solidity judges the cells of the window by, when it was asked for: of each cell the numbers that
+    /// [`INPUTS`](crate::stage::lidar::solidity::INPUTS) names; only where something stands do they mean anything. Else empty.
+    pub solidity_inputs: Vec<f32>,
 }
 
 /// What came of an observation, by the kind of its sensor.

@@ -6,7 +6,7 @@ use super::{
     Options, SensorInfo, camera_plan, camera_stages, lidar_plan, lidar_stages, map_plan, map_stages,
 };
 use crate::base::{Error, Result};
-use crate::config::{Config, Fusion, GroundSource, MAX_POINTS, Method};
+use crate::config::{Config, Fusion, GroundSource, MAX_POINTS, Method, Solidity};
 use crate::gpu::{Context, Plan};
 use crate::map::PaneSet;
 use crate::map::pane_file::read_panes;
@@ -16,6 +16,7 @@ use crate::sensor::{BeamGrid, CameraInfo, LidarInfo, Scan, SensorModel};
 use crate::stage::camera::drm::Drm;
 use crate::stage::glass::{Glass, MOST_POINTS};
 use crate::stage::lidar::planes::{full_scale, plane_rings};
+use crate::stage::lidar::solidity::SolidityModel;
 use crate::stage::map::layers::Layers;
 use crate::stage::{CameraJob, LidarJob, MapJob, Stage};
 
@@ -238,6 +239,8 @@ impl Builder<'_> {
             plane_rings: plane_rings(&config, &info.first)?,
             deskew: config.deskew && info.first.columns.time,
             layers: self.options.layers,
+            solidity: solidity(&config)?,
+            solidity_inputs: self.options.solidity_inputs,
             glass: glass(&config, &info.first)?,
             config,
             map: Arc::clone(self.map),
@@ -270,6 +273,12 @@ fn load_drm(
         file => Network::read(std::path::Path::new(file))?,
     };
     Ok(Some(Drm { network: Arc::new(network), backend: Backend::of(context) }))
+}
+
+/// The model of learned solidity; `None` where cells are solid by something else.
+fn solidity(config: &Config) -> Result<Option<Arc<SolidityModel>>> {
+    let learned = config.settled_solidity() == Solidity::Learned;
+    learned.then(|| SolidityModel::shipped().map(Arc::new)).transpose()
 }
 
 /// Points to build for: enough for scans somewhat larger than the first.

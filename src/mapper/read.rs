@@ -12,6 +12,7 @@ use crate::map::{
     CameraUpdate, Counters, FrameImages, FrameLayers, Ground, LidarUpdate, MapUpdate, ScanLayers, Seen,
     State, Update, Verdict,
 };
+use crate::stage::lidar::solidity::INPUTS;
 use crate::stage::{CameraJob, LidarJob, MapJob};
 
 /// States of a cell in bits 0-1, as in `shaders/lib/cell.wgsl`.
@@ -151,7 +152,15 @@ impl Reader<'_> {
             pose_jumped: pending.pose_jumped,
             glass: glass.map(labels).transpose()?,
             layers: job.layers.then(|| self.scan_layers(job)).transpose()?,
+            solidity_inputs: self.solidity_inputs(job)?,
         })
+    }
+
+    fn solidity_inputs(&self, job: &LidarJob) -> Result<Vec<f32>> {
+        if job.solidity.is_none() || !job.solidity_inputs {
+            return Ok(Vec::new());
+        }
+        self.floats("solidity_inputs", job.cells() as usize * INPUTS.len())
     }
 
     fn scan_layers(&self, job: &LidarJob) -> Result<ScanLayers> {

@@ -11,6 +11,7 @@ use crate::stage::camera::{
 use crate::stage::drops::Drops;
 use crate::stage::glass::{LabelGlass, pane_cells};
 use crate::stage::ground::Ground;
+use crate::stage::lidar::solidity::Solidity;
 use crate::stage::lidar::{intensity_classes, intensity_layers};
 use crate::stage::map::{bridge, goal_costs, goal_inflation, inflate, move_window, rule, scan_values};
 use crate::stage::{CameraJob, LidarJob, MapJob, Stage, color_stage};
@@ -50,7 +51,7 @@ pub fn camera_stages(job: &Arc<CameraJob>) -> Vec<Box<dyn Stage>> {
     stages
 }
 
-/// The stages of a lidar's scan, in order (spec 3; spec 6 §2; spec 2 §2 to §4).
+/// The stages of a lidar's scan, in order (spec 3; spec 6 §2 and §3; spec 2 §2 to §4).
 pub fn lidar_stages(job: &Arc<LidarJob>) -> Vec<Box<dyn Stage>> {
     let of = || Arc::clone(job);
     let mut stages: Vec<Box<dyn Stage>> = Vec::new();
@@ -60,6 +61,9 @@ pub fn lidar_stages(job: &Arc<LidarJob>) -> Vec<Box<dyn Stage>> {
     stages.push(Box::new(Ground::of_lidar(job)));
     stages.push(Box::new(move_window::MoveWindow { map: Arc::clone(&job.map), frame: false }));
     stages.push(Box::new(intensity_layers::IntensityLayers { job: of() }));
+    if let Some(model) = &job.solidity {
+        stages.push(Box::new(Solidity { job: of(), model: Arc::clone(model) }));
+    }
     stages.push(Box::new(intensity_classes::IntensityClasses { job: of() }));
     if job.map.layers.drops {
         stages.push(Box::new(Drops::of_lidar(job)));
@@ -159,6 +163,9 @@ pub fn lidar_plan(job: &LidarJob, stages: &[Box<dyn Stage>]) -> Result<Plan> {
     let products = ["layer_values", "cell_values"];
     for name in products.into_iter().filter(|_| job.layers) {
         plan.read_back(name)?;
+    }
+    if job.solidity.is_some() && job.solidity_inputs {
+        plan.read_back("solidity_inputs")?;
     }
     if !job.map.apart {
         read_back_map(&mut plan, &job.map)?;

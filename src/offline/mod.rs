@@ -4,5 +4,6 @@ pub mod bench;
 pub mod eval;
 pub mod labeller;
 pub mod score;
+pub mod solidity;
 pub mod targets;
 pub mod trial;

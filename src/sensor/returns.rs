@@ -17,6 +17,13 @@ pub enum ReturnType {
     StrongestOrSecond = 4,
 }
 
+impl ReturnType {
+    /// Whether the beam has another return.
+    pub fn is_of_two(self) -> bool {
+        matches!(self, Self::First | Self::Last | Self::StrongestOrSecond)
+    }
+}
+
 /// Which of a beam's two returns is the stronger, by intensity.
 #[repr(u8)]
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, bytemuck::NoUninit)]

@@ -8,6 +8,7 @@ use crate::stage::Moment;
 use crate::stage::camera::back_project::STRIP;
 use crate::stage::camera::drm::Drm;
 use crate::stage::glass::Glass;
+use crate::stage::lidar::solidity::SolidityModel;
 use crate::stage::map::layers::Layers;
 
 /// What the stages of the map are built for, and what those of a sensor know of it.
@@ -183,6 +184,10 @@ pub struct LidarJob {
     pub deskew: bool,
     /// Whether the grids beside the plan map are read back.
     pub layers: bool,
+    /// The model of learned solidity, where that is asked for.
+    pub solidity: Option<Arc<SolidityModel>>,
+    /// Whether its inputs are read back.
+    pub solidity_inputs: bool,
     /// The grid of beams and the panes to begin with, where glass is searched for.
     pub glass: Option<Glass>,
     /// The map.

@@ -4,7 +4,7 @@ use crate::support::scan::{ScanFrame, ScanOptions, ScanPipeline};
 use glam::{DQuat, DVec3};
 use limpid::base::Rigid;
 use limpid::config::MAX_POINTS;
-use limpid::config::{PlaneSource, SolidBy};
+use limpid::config::{PlaneSource, Solidity};
 use limpid::map::CellClass;
 use limpid::sensor::{BeamGrid, Point, SensorPose};
 use limpid::stage::lidar::planes::plane_rings;
@@ -55,7 +55,7 @@ fn what_the_first_scan_lacks_is_named() {
     let bare = still(scan(0, vec![point([1.0, 0.0, 0.0], 0.0); 20]));
     let rings = Config { plane_source: PlaneSource::Rings, ..Config::default() };
     refused(&rings, &bare, "plane_source rings needs two");
-    refused(&Config { gamma: -1.0, ..Config::default() }, &bare, "gamma");
+    refused(&Config { gamma: Some(-1.0), ..Config::default() }, &bare, "gamma");
 }
 
 #[test]
@@ -88,7 +88,7 @@ fn the_full_scale_of_a_percentile_is_reported() {
     let config = Config {
         intensity_full_scale: 0.0,
         intensity_percentile: 90.0,
-        solid_by: SolidBy::Intensity,
+        solidity: Solidity::Intensity,
         ..Config::default()
     };
     let notes = open(&config, &still(scan(0, points))).mapper.notes();

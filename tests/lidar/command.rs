@@ -27,7 +27,7 @@ fn recording(folder: &std::path::Path) {
 /// A configuration that takes the few intensities as they are.
 fn by_intensity(folder: &std::path::Path) -> String {
     let path = folder.join("limpid.yaml");
-    std::fs::write(&path, "solid_by: intensity\n").unwrap();
+    std::fs::write(&path, "solidity: intensity\n").unwrap();
     path.to_string_lossy().into_owned()
 }
 

@@ -9,4 +9,5 @@ mod plan;
 mod poses;
 mod recordings;
 mod score;
+mod solidity;
 mod trust;

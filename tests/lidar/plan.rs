@@ -42,7 +42,7 @@ fn truth_the_sum_is_that_of_the_paper() {
     }
     // Three returns of half of full scale in a cell of 0.1 m: 1.5 over 0.01 m2.
     let scan = scan(0, vec![point([2.05, 0.05, 0.2], 127.5); 3]);
-    let sum = |gamma: f64| Config { layer_measure: LayerMeasure::Sum, gamma, ..small() };
+    let sum = |gamma: f64| Config { layer_measure: LayerMeasure::Sum, gamma: Some(gamma), ..small() };
     let out = run_one(&sum(149.0), &still(scan.clone()));
     let at = cell(&out, 2.05, 0.05);
     assert!((grid(&out, "intensity_1")[at] - 150.0).abs() < 0.1, "{}", grid(&out, "intensity_1")[at]);

@@ -2,7 +2,7 @@
 
 use limpid::Config;
 use limpid::base::Rigid;
-use limpid::config::{LayerMeasure, SolidBy};
+use limpid::config::{LayerMeasure, Solidity};
 use limpid::map::CellClass;
 use limpid::mapper::{Mapper, Options, SensorInfo};
 use limpid::sensor::{Columns, Point, Scan, SensorPose};
@@ -50,7 +50,8 @@ fn at_height(scan: Scan) -> ScanFrame {
 fn config() -> Config {
     // The floor is told from what stands by the stated ground alone.
     let ground = limpid::config::GroundSource::Stated;
-    Config { ground, layer_heights_m: vec![-0.5, 0.0, 0.5], ..Config::default() }
+    let gamma = Some(0.5);
+    Config { ground, gamma, layer_heights_m: vec![-0.5, 0.0, 0.5], ..Config::default() }
 }
 
 fn run(config: &Config, scan: Scan) -> (ScanOutput, String) {
@@ -93,7 +94,7 @@ fn intensities_that_fit_tell_grass_from_walls() {
     // In fine cells few returns lie, and the walls still bear the scale out.
     let fine = Config { scan_resolution_m: 0.02, scan_map_size_m: 8.0, inflation_length_m: 0.3, ..config() };
     assert!(run(&fine, room(0, scaled(1.0))).1.starts_with("full scale"));
-    let sum = Config { layer_measure: LayerMeasure::Sum, gamma: 100.0, ..config() };
+    let sum = Config { layer_measure: LayerMeasure::Sum, gamma: Some(100.0), ..config() };
     assert!(run(&sum, room(0, scaled(1.0))).1.starts_with("full scale"), "in the measure's own unit");
 }
 
@@ -104,7 +105,7 @@ fn whatever_the_scale_walls_are_solid_the_floor_is_not_and_the_note_names_the_ke
     }
     let absent = Scan { columns: Columns { intensity: false, ..Columns::default() }, ..room(0, scaled(0.0)) };
     let automatic = Config { intensity_full_scale: 0.0, ..config() };
-    let high = Config { gamma: 0.95, ..config() };
+    let high = Config { gamma: Some(0.95), ..config() };
     let cases: [(&Config, Scan, &str); 9] = [
         (&config(), absent, "`intensity_field`"),
         (&config(), room(0, scaled(0.0)), "the intensity is 0 in every return"),
@@ -131,11 +132,11 @@ fn the_user_s_word_holds() {
         return;
     }
     let dim = room(0, scaled(0.1));
-    let by = |solid_by| run(&Config { solid_by, ..config() }, dim.clone());
-    let (out, note) = by(SolidBy::Intensity);
+    let by = |solidity| run(&Config { solidity, ..config() }, dim.clone());
+    let (out, note) = by(Solidity::Intensity);
     assert!(out.count(CellClass::Solid) == 0 && note.starts_with("full scale"), "{note}");
-    let bright = run(&Config { solid_by: SolidBy::Standing, ..config() }, room(0, scaled(1.0)));
-    assert!(faults(&bright.0)[1] > 50 && bright.1.contains("solid_by: standing"), "{}", bright.1);
+    let bright = run(&Config { solidity: Solidity::Standing, ..config() }, room(0, scaled(1.0)));
+    assert!(faults(&bright.0)[1] > 50 && bright.1.contains("solidity: standing"), "{}", bright.1);
 }
 
 #[test]
@@ -214,7 +215,7 @@ fn what_cannot_be_measured_is_no_reason_to_trust() {
     // A handful of upright cells says nothing.
     let points: Vec<Point> = (0..9).map(|i| point([1.05, 0.05, 0.05 * f64::from(i)], 200.0)).collect();
     let (_, note) = run(&config(), scan(0, [points, vec![point([2.0, 0.0, 0.1], 3.0)]].concat()));
-    assert!(note.contains("too little stands upright (1 cells)") && note.contains("solid_by"), "{note}");
+    assert!(note.contains("too little stands upright (1 cells)") && note.contains("solidity"), "{note}");
     let (out, note) = run(&config(), scan(0, Vec::new()));
     assert!(out.count(CellClass::Solid) == 0 && note.contains("no return has been seen"), "{note}");
 }

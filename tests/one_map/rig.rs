@@ -3,7 +3,7 @@
 use glam::{DMat3, DQuat, DVec3};
 use limpid::Config;
 use limpid::base::{Refused, Rigid};
-use limpid::config::SolidBy;
+use limpid::config::Solidity;
 use limpid::map::{MapUpdate, Update, Verdict};
 use limpid::mapper::{Mapper, Options, SensorInfo, Submitted};
 use limpid::sensor::{
@@ -37,8 +37,8 @@ pub(crate) fn at_ms(ms: u64) -> u64 {
 
 /// A map of 6 m in which costs are those of verdicts: nothing is inflated; intensities are taken as they are.
 pub(crate) fn config() -> Config {
-    let solid_by = SolidBy::Intensity;
-    Config { solid_by, inflation_radius_m: 0.0, inscribed_radius_m: 0.0, ..small_map() }
+    let solidity = Solidity::Intensity;
+    Config { solidity, inflation_radius_m: 0.0, inscribed_radius_m: 0.0, ..small_map() }
 }
 
 /// A camera of that name for frames of that size, with the sensor's own confidence or without.

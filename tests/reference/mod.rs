@@ -25,6 +25,7 @@ pub(crate) mod rule;
 pub(crate) mod see_through;
 pub(crate) mod sim;
 pub(crate) mod solid_cells;
+pub(crate) mod solidity;
 pub(crate) mod spatial_median;
 pub(crate) mod tally;
 pub(crate) mod targets;

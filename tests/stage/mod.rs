@@ -26,6 +26,7 @@ mod register_color;
 mod rule;
 mod see_through;
 mod solid_cells;
+mod solidity;
 mod spatial_median;
 mod tally;
 mod targets;

@@ -82,6 +82,7 @@ impl Pipeline {
             images: options.images,
             layers: options.layers,
             verdicts: options.layers,
+            solidity_inputs: false,
             live: false,
         };
         let mapper = Mapper::open(config, &[SensorInfo::camera(config, info)], &asked)?;

@@ -158,7 +158,8 @@ pub(crate) fn with_map(change: impl FnOnce(&mut MapUpdate)) -> Update {
 
 /// What came of a scan of no points: the same map, all of its cells of class free.
 pub(crate) fn scan_output() -> Update {
-    let lidar = LidarUpdate { points: 0, pose_jumped: false, glass: None, layers: None };
+    let lidar =
+        LidarUpdate { points: 0, pose_jumped: false, glass: None, layers: None, solidity_inputs: Vec::new() };
     let update = with_map(|map| map.classes = vec![CellClass::Free as u8; map.costmap.len()]);
     Update { seen: Some(Seen::Lidar(lidar)), pass_ms: Vec::new(), pass_start_ms: Vec::new(), ..update }
 }

@@ -2,7 +2,7 @@
 
 use glam::DVec2;
 use limpid::base::Rigid;
-use limpid::config::SolidBy;
+use limpid::config::Solidity;
 use limpid::map::glass::LabelledScan;
 use limpid::map::{CellClass, Grid, MapUpdate, ScanLayers, Update};
 use limpid::mapper::{self, Mapper, SensorInfo};
@@ -15,7 +15,7 @@ use crate::support::run::submit;
 
 /// The defaults, with cells solid by intensity alone: a test's few points do not bear its scale out.
 pub(crate) fn by_intensity() -> Config {
-    Config { solid_by: SolidBy::Intensity, ..Config::default() }
+    Config { solidity: Solidity::Intensity, ..Config::default() }
 }
 
 /// A point with neither ring nor time.

@@ -1,6 +1,6 @@
 //! What is compared: scenarios, and in each the methods or sensors that map it (spec 7 §2 to §4).
 
-use crate::config::{Config, Fusion, GroundSource, InflationKernel, LayerMeasure, Method, SolidBy};
+use crate::config::{Config, Fusion, GroundSource, InflationKernel, LayerMeasure, Method, Solidity};
 use crate::sim::generate::{Family, Level};
 
 /// Worlds and what they ask.
@@ -123,9 +123,9 @@ fn glare(base: &Config) -> Vec<Setup> {
 
 /// The methods of the intensity paper, and the default with panes.
 fn lidar(base: &Config) -> Vec<Setup> {
-    let standing = Config { solid_by: SolidBy::Standing, ..base.clone() };
+    let standing = Config { solidity: Solidity::Standing, ..base.clone() };
     let paper = Config {
-        solid_by: SolidBy::Intensity,
+        solidity: Solidity::Intensity,
         layer_measure: LayerMeasure::Mean,
         ground: GroundSource::Stated,
         ..base.clone()

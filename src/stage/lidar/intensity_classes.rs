@@ -16,30 +16,31 @@ use crate::stage::lidar::intensity_layers::{HEIGHTS, heights};
 use crate::stage::map::layers::Layers;
 use crate::stage::{LidarJob, Moment, Stage, single};
 
+const SCAN: &str = include_str!("../../../shaders/lib/scan.wgsl");
+const SLOT: &str = include_str!("../../../shaders/lib/slot.wgsl");
+const RECORD: &str = include_str!("../../../shaders/lib/record.wgsl");
+const BINS: &str = include_str!("../../../shaders/lib/crossing/bins.wgsl");
+const ACROSS: &str = include_str!("../../../shaders/lib/crossing/across.wgsl");
+const ACROSS_NONE: &str = include_str!("../../../shaders/lib/crossing/across_none.wgsl");
+const BY_VALUE: &str = include_str!("../../../shaders/lib/solidity/by_value.wgsl");
+const BY_MODEL: &str = include_str!("../../../shaders/lib/solidity/by_model.wgsl");
+const PASS: &str = include_str!("../../../shaders/intensity_classes.wgsl");
+
 /// The pass, in a map of lidars alone.
-pub const INTENSITY_CLASSES: ShaderSource = ShaderSource {
-    name: "intensity_classes",
-    parts: &[
-        include_str!("../../../shaders/lib/scan.wgsl"),
-        include_str!("../../../shaders/lib/slot.wgsl"),
-        include_str!("../../../shaders/lib/record.wgsl"),
-        include_str!("../../../shaders/lib/crossing/across_none.wgsl"),
-        include_str!("../../../shaders/intensity_classes.wgsl"),
-    ],
-};
+pub const INTENSITY_CLASSES: ShaderSource =
+    ShaderSource { name: "intensity_classes", parts: &[SCAN, SLOT, RECORD, ACROSS_NONE, BY_VALUE, PASS] };
 
 /// The pass, in a map with cameras.
-pub const INTENSITY_CLASSES_AND_BEAMS: ShaderSource = ShaderSource {
-    name: "intensity_classes",
-    parts: &[
-        include_str!("../../../shaders/lib/scan.wgsl"),
-        include_str!("../../../shaders/lib/slot.wgsl"),
-        include_str!("../../../shaders/lib/record.wgsl"),
-        include_str!("../../../shaders/lib/crossing/bins.wgsl"),
-        include_str!("../../../shaders/lib/crossing/across.wgsl"),
-        include_str!("../../../shaders/intensity_classes.wgsl"),
-    ],
-};
+pub const INTENSITY_CLASSES_AND_BEAMS: ShaderSource =
+    ShaderSource { name: "intensity_classes", parts: &[SCAN, SLOT, RECORD, BINS, ACROSS, BY_VALUE, PASS] };
+
+/// The pass with learned solidity, in a map of lidars alone.
+pub const INTENSITY_CLASSES_LEARNED: ShaderSource =
+    ShaderSource { name: "intensity_classes", parts: &[SCAN, SLOT, RECORD, ACROSS_NONE, BY_MODEL, PASS] };
+
+/// The pass with learned solidity, in a map with cameras.
+pub const INTENSITY_CLASSES_LEARNED_AND_BEAMS: ShaderSource =
+    ShaderSource { name: "intensity_classes", parts: &[SCAN, SLOT, RECORD, BINS, ACROSS, BY_MODEL, PASS] };
 
 crate::params! {
     /// Parameters of `intensity_classes`.
@@ -148,7 +149,7 @@ pub fn params(job: &LidarJob, moment: &Moment<'_>) -> Result<IntensityClassesPar
         origin_slot_x,
         origin_slot_y,
         resolution_m: single(config.scan_resolution_m),
-        gamma: if moment.standing { 0.0 } else { single(config.gamma) },
+        gamma: if moment.standing { 0.0 } else { single(config.gamma_or_default()) },
         transparent_threshold: single(config.transparent_threshold),
         solid_value: single(solid_value(job)),
         keep_share: single(keep_share(config.transparent_decay_s, moment)?),
@@ -175,7 +176,12 @@ pub fn declare(plan: &mut Plan, job: &LidarJob, cameras: bool) -> Result<()> {
     plan.product("obstacle_value", job.grid_bytes(4))?;
     plan.state("remembered", job.grid_bytes(4))?;
     plan.product("layer_values", job.grid_bytes(4 * u64::from(job.layer_count())))?;
-    let pass = if cameras { INTENSITY_CLASSES_AND_BEAMS } else { INTENSITY_CLASSES };
+    let pass = match (job.solidity.is_some(), cameras) {
+        (false, false) => INTENSITY_CLASSES,
+        (false, true) => INTENSITY_CLASSES_AND_BEAMS,
+        (true, false) => INTENSITY_CLASSES_LEARNED,
+        (true, true) => INTENSITY_CLASSES_LEARNED_AND_BEAMS,
+    };
     plan.step(pass, Invocations::area(job.map.side, job.map.side), &[])?;
     let measure = match job.config.layer_measure {
         LayerMeasure::Sum => 0_u32,

@@ -18,6 +18,7 @@ pub const INTENSITY_LAYERS: ShaderSource = ShaderSource {
         include_str!("../../../shaders/lib/numbers.wgsl"),
         include_str!("../../../shaders/lib/scan.wgsl"),
         include_str!("../../../shaders/lib/points/texture.wgsl"),
+        include_str!("../../../shaders/lib/points/placed.wgsl"),
         include_str!("../../../shaders/lib/crossing/add_none.wgsl"),
         include_str!("../../../shaders/intensity_layers.wgsl"),
     ],
@@ -30,6 +31,7 @@ pub const INTENSITY_LAYERS_AND_BEAMS: ShaderSource = ShaderSource {
         include_str!("../../../shaders/lib/numbers.wgsl"),
         include_str!("../../../shaders/lib/scan.wgsl"),
         include_str!("../../../shaders/lib/points/texture.wgsl"),
+        include_str!("../../../shaders/lib/points/placed.wgsl"),
         include_str!("../../../shaders/lib/crossing/bins.wgsl"),
         include_str!("../../../shaders/lib/crossing/add.wgsl"),
         include_str!("../../../shaders/intensity_layers.wgsl"),
@@ -43,6 +45,7 @@ pub const INTENSITY_LAYERS_OF_BUFFER: ShaderSource = ShaderSource {
         include_str!("../../../shaders/lib/numbers.wgsl"),
         include_str!("../../../shaders/lib/scan.wgsl"),
         include_str!("../../../shaders/lib/points/buffer.wgsl"),
+        include_str!("../../../shaders/lib/points/placed.wgsl"),
         include_str!("../../../shaders/lib/crossing/add_none.wgsl"),
         include_str!("../../../shaders/intensity_layers.wgsl"),
     ],
@@ -55,6 +58,7 @@ pub const INTENSITY_LAYERS_AND_BEAMS_OF_BUFFER: ShaderSource = ShaderSource {
         include_str!("../../../shaders/lib/numbers.wgsl"),
         include_str!("../../../shaders/lib/scan.wgsl"),
         include_str!("../../../shaders/lib/points/buffer.wgsl"),
+        include_str!("../../../shaders/lib/points/placed.wgsl"),
         include_str!("../../../shaders/lib/crossing/bins.wgsl"),
         include_str!("../../../shaders/lib/crossing/add.wgsl"),
         include_str!("../../../shaders/intensity_layers.wgsl"),
@@ -137,8 +141,16 @@ pub fn heights(job: &LidarJob) -> [Vec4; HEIGHTS] {
 /// Height above a lidar at `lidar_z_m` of the map up to which a return is the floor's. Where the map's ground is no lower than
 /// that below the lidar, nothing is known of the floor: a lidar does not stand in it. Then every return stands.
 pub fn floor_m(config: &Config, lidar_z_m: f64) -> f64 {
-    let floor_m = config.ground_z_m + config.height_min_m - lidar_z_m;
-    if floor_m < 0.0 { floor_m } else { NO_FLOOR_M }
+    if has_floor(config, lidar_z_m) { to_floor_m(config, lidar_z_m) } else { NO_FLOOR_M }
+}
+
+/// Whether the stated ground lies below a lidar at `lidar_z_m` of the map.
+pub fn has_floor(config: &Config, lidar_z_m: f64) -> bool {
+    to_floor_m(config, lidar_z_m) < 0.0
+}
+
+fn to_floor_m(config: &Config, lidar_z_m: f64) -> f64 {
+    config.ground_z_m + config.height_min_m - lidar_z_m
 }
 
 /// The parameters of one scan.

@@ -9,7 +9,7 @@
 
 use glam::DQuat;
 
-use crate::config::{LayerMeasure, SolidBy};
+use crate::config::{LayerMeasure, Solidity};
 use crate::sensor::{Scan, SensorPose};
 use crate::stage::LidarJob;
 use crate::stage::lidar::intensity_classes::solid_value;
@@ -34,6 +34,9 @@ const MOST_SIDE: u32 = 256;
 /// Scans of which every one is looked at; of those after them each sixteenth is.
 const FIRST_SCANS: u64 = 32;
 const LATER_EVERY: u64 = 16;
+
+/// What a user is told first where the scale of intensities does not matter.
+const LEARNED: &str = "solid or passable by shape and by beams that go on behind (solidity: learned)";
 
 /// Returns of a cell.
 #[derive(Debug, Clone, Copy)]
@@ -91,10 +94,10 @@ impl IntensityTrust {
 
     /// Takes in the next scan: whether what stands in it is solid, whatever its intensity.
     pub fn stands(&mut self, job: &LidarJob, scan: &Scan, pose: SensorPose) -> bool {
-        match job.config.solid_by {
-            SolidBy::Standing => return true,
-            SolidBy::Intensity => return false,
-            SolidBy::Auto => {}
+        match job.config.settled_solidity() {
+            Solidity::Standing => return true,
+            Solidity::Intensity => return false,
+            Solidity::Auto | Solidity::Learned => {}
         }
         let number = self.scans;
         self.scans += 1;
@@ -131,7 +134,7 @@ impl IntensityTrust {
         let heights = &job.config.layer_heights_m;
         let span_m = heights.last().zip(heights.first()).map_or(0.0, |(high, low)| high - low);
         let upright_m = UPRIGHT_M.min(0.5 * span_m);
-        let solid = solid_value(job);
+        let (solid, gamma) = (solid_value(job), job.config.gamma_or_default());
         for (at, cell) in self.cells.iter().enumerate() {
             if cell.returns < UPRIGHT_RETURNS || f64::from(cell.high_m - cell.low_m) < upright_m {
                 continue;
@@ -141,7 +144,7 @@ impl IntensityTrust {
             let value =
                 layers.map(|(layer, sums)| layer_value(job, *sums, layer, range_m)).fold(0.0, f64::max);
             self.upright += 1;
-            self.solid += u64::from(value > job.config.gamma);
+            self.solid += u64::from(value > gamma);
             self.values += (value / solid).min(1.0);
         }
     }
@@ -213,18 +216,20 @@ impl IntensityTrust {
                 job.full_scale
             )
         };
-        match job.config.solid_by {
-            SolidBy::Intensity => scale,
-            SolidBy::Standing => "everything that stands is solid (solid_by: standing)".into(),
-            SolidBy::Auto if self.believed => scale,
-            SolidBy::Auto => {
+        match job.config.settled_solidity() {
+            Solidity::Intensity => scale,
+            Solidity::Learned if self.believed => format!("{LEARNED}; {scale}"),
+            Solidity::Learned => format!("{LEARNED}; no glass by brightness: {}", self.reason(job)),
+            Solidity::Standing => "everything that stands is solid (solidity: standing)".into(),
+            Solidity::Auto if self.believed => scale,
+            Solidity::Auto => {
                 format!("everything that stands is solid, nothing is passable: {}", self.reason(job))
             }
         }
     }
 
     fn reason(&self, job: &LidarJob) -> String {
-        let (full_scale, gamma) = (job.full_scale, job.config.gamma);
+        let (full_scale, gamma) = (job.full_scale, job.config.gamma_or_default());
         if !self.measured {
             return "clouds have no intensity that is known by its name; set `intensity_field` if there is one".into();
         }
@@ -235,7 +240,7 @@ impl IntensityTrust {
         if self.is_constant() {
             let most = self.most;
             return format!(
-                "the intensity is {most} in every return, which says nothing (`solid_by: intensity` takes it as it is)"
+                "the intensity is {most} in every return, which says nothing (`solidity: intensity` takes it as it is)"
             );
         }
         if self.is_above() {
@@ -247,17 +252,17 @@ impl IntensityTrust {
         let upright = self.upright;
         if upright == 0 && self.heights_m[1] - self.heights_m[0] < FLAT_M {
             return format!(
-                "scans are flat, so that nothing shows whether intensities fit `intensity_full_scale` {full_scale} and `gamma` {gamma}; {range} (`solid_by: intensity` takes them as they are)"
+                "scans are flat, so that nothing shows whether intensities fit `intensity_full_scale` {full_scale} and `gamma` {gamma}; {range} (`solidity: intensity` takes them as they are)"
             );
         }
         if upright < LEAST_UPRIGHT {
             return format!(
-                "too little stands upright ({upright} cells) to see whether intensities fit `intensity_full_scale` {full_scale} and `gamma` {gamma}; {range} (`solid_by: intensity` takes them as they are)"
+                "too little stands upright ({upright} cells) to see whether intensities fit `intensity_full_scale` {full_scale} and `gamma` {gamma}; {range} (`solidity: intensity` takes them as they are)"
             );
         }
         let (solid, mean) = (100.0 * self.solid_share(), self.values / as_f64(upright));
         format!(
-            "of {upright} cells with something upright {solid:.0} % are above `gamma` {gamma}; their mean is {mean:.3} of `intensity_full_scale` {full_scale}, and {range}: set these two (`solid_by: intensity` takes them as they are)"
+            "of {upright} cells with something upright {solid:.0} % are above `gamma` {gamma}; their mean is {mean:.3} of `intensity_full_scale` {full_scale}, and {range}: set these two (`solidity: intensity` takes them as they are)"
         )
     }
 }
