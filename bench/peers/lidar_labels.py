@@ -1,8 +1,9 @@
-"""What does intensity say of labelled points? `python bench/peers/lidar_labels.py ../shared/data/lidar` (numpy, scipy; after cargo build --release)
+"""What does intensity say of labelled points? `python bench/peers/lidar_labels.py ../shared/data/lidar` (numpy, scipy, mcap-ros2-support; after cargo build --release)
 
 RELLIS: intensity per cell and class, and how well a threshold parts solid (tree, bush, fence, person) from passable (grass), by
 measure. 3DRef: what the map holds where glass is labelled. The maps are those of tests/reference/lidar_intensity.py, which the test
-suite holds equal to limpid's cell by cell; thresholds are those of testdata/config."""
+suite holds equal to limpid's cell by cell; thresholds are those of testdata/config. Last, RELLIS as limpid itself maps it by each kind of
+solidity: `... ../shared/data/lidar solidity` prints that alone."""
 
 import sys
 from pathlib import Path
@@ -116,6 +117,68 @@ def rellis_map(data):
             print(f"| {name} | {of.sum()} | " + " | ".join(shares) + " |")
 
 
+def local_ground(xyz):
+    """Height of the ground at each point: the lowest return within 0.5 m, and of these the median within 1.5 m."""
+    tree = cKDTree(xyz[:, :2])
+    lowest = np.array([xyz[near, 2].min() for near in tree.query_ball_point(xyz[:, :2], 0.5)])
+    return np.array([np.median(lowest[near]) for near in tree.query_ball_point(xyz[:, :2], 1.5)])
+
+
+def mapped(recording, keys, limpid="target/release/limpid"):
+    """Classes of the map of a recording's first scan, by rows, and the place of its corner; nothing is inflated."""
+    import subprocess, tempfile
+    from mcap_ros2.reader import read_ros2_messages
+    none = dict(inflation_length_m=0, inflation_padding_cells=0, inflation_side_m=0, inscribed_radius_m=0)
+    with tempfile.TemporaryDirectory() as folder:
+        config, out = Path(folder) / "config.yaml", Path(folder) / "out.mcap"
+        config.write_text("".join(f"{key}: {value}\n" for key, value in (none | keys).items()))
+        subprocess.run([limpid, "run", str(recording), "-c", str(config), "-o", str(out)], check=True, capture_output=True)
+        grid = next(read_ros2_messages(out, topics=["/limpid/classes"])).ros_msg
+        shape = (grid.info.height, grid.info.width)
+        return np.array(grid.data, int).reshape(shape), (grid.info.origin.position.x, grid.info.origin.position.y)
+
+
+def rellis_solidity(data):
+    """What is found of labelled cells with at least two returns 0.15 to 2 m above the local ground, by each kind of solidity."""
+    folder = data / "rellis3d-os1-64-labelled"
+    raw = np.fromfile(folder / "000104.bin", "<f4").reshape(-1, 4)
+    hit = np.linalg.norm(raw[:, :3], axis=1) > 0.3
+    xyz, labels = raw[hit, :3].astype(float), (np.fromfile(folder / "000104.label", "<u4") & 0xFFFF)[hit].astype(int)
+    near = (np.abs(xyz[:, :2]) < HALF_M).all(1)
+    xyz, labels = xyz[near], labels[near]
+    above = xyz[:, 2] - local_ground(xyz)
+    band = (above >= 0.15) & (above <= 2.0)
+    side = round(2 * HALF_M / CELL_M)
+    cell = np.floor((xyz[:, :2] + HALF_M) / CELL_M).astype(int) @ [1, side]
+    votes = np.zeros((side * side, 40), int)
+    np.add.at(votes, (cell[band], labels[band]), 1)
+    distance = np.bincount(cell[band], np.hypot(xyz[band, 0], xyz[band, 1]), side * side) / np.maximum(votes.sum(1), 1)
+    recording = next(folder.glob("*.ply"))
+    base = dict(scan_map_size_m=2 * HALF_M, scan_resolution_m=CELL_M, layer_heights_m=[-1.3, 0.0, 0.8], intensity_full_scale=0)
+    rules = {"learned": {}, "intensity, gamma 0.3": dict(solidity="intensity", gamma=0.3), "standing": dict(solidity="standing")}
+    maps = {name: mapped(recording, base | keys) for name, keys in rules.items()}
+    # The other cells have all their returns outside of the map's layers, or on what the map takes for the floor.
+    stands = maps["standing"][0].ravel() == 100
+    for least in (2, 1):
+        label = np.where(votes.sum(1) >= least, votes.argmax(1), -1)
+        solid, passable = np.isin(label, SOLID), np.isin(label, PASSABLE)
+        print(f"\n### RELLIS as limpid maps it: {(solid | passable).sum()} cells with at least {least} returns 0.15 to 2 m above the local ground\n")
+        names = [RELLIS[number] for number in SOLID]
+        print("| solidity | solid found | passable found | solid, passable found where `standing` says solid | " + " | ".join(f"{name} solid" for name in names) + " | by range: solid, passable found |")
+        print("|---" * (5 + len(names)) + "|")
+        for name, (kinds, (x, y)) in maps.items():
+            # Unknown and free cells count as not found.
+            assert kinds.shape == (side, side) and abs(x + HALF_M) < 0.01 and abs(y + HALF_M) < 0.01
+            kinds = kinds.ravel()
+            called = np.isin(kinds, (100, 75))
+            there = f"{called[solid & stands].mean():.3f} of {(solid & stands).sum()}, {(kinds == 25)[passable & stands].mean():.3f} of {(passable & stands).sum()}"
+            of = [f"{called[label == number].mean():.3f} of {(label == number).sum()}" for number in SOLID]
+            ranges = [(0, 5), (5, 10), (10, 15), (15, 30)]
+            parts = [(distance >= low) & (distance < high) for low, high in ranges]
+            far = [f"{low}-{high} m: {called[part & solid].mean():.2f}, {(kinds == 25)[part & passable].mean():.2f}" for (low, high), part in zip(ranges, parts) if (part & solid).any() and (part & passable).any()]
+            print(f"| {name} | {called[solid].mean():.3f} | {(kinds[passable] == 25).mean():.3f} | {there} | " + " | ".join(of) + " | " + "; ".join(far) + " |")
+
+
 def three_d_ref(data, limpid="target/release/limpid"):
     import subprocess, tempfile
     p = li.DEFAULT | li.CASES["3dref-hesai-qt64-dual"]
@@ -142,6 +205,8 @@ def three_d_ref(data, limpid="target/release/limpid"):
 
 
 if __name__ == "__main__":
-    rellis(Path(sys.argv[1]))
-    rellis_map(Path(sys.argv[1]))
-    three_d_ref(Path(sys.argv[1]))
+    if "solidity" not in sys.argv[2:]:
+        rellis(Path(sys.argv[1]))
+        rellis_map(Path(sys.argv[1]))
+        three_d_ref(Path(sys.argv[1]))
+    rellis_solidity(Path(sys.argv[1]))
