@@ -64,7 +64,8 @@ impl Trial {
 
     /// A table in Markdown.
     pub fn table(&self) -> String {
-        let mut table = String::from("| messages played | maps with free floor | median ms | p90 ms | longest ms |\n");
+        let mut table =
+            String::from("| messages played | maps with free floor | median ms | p90 ms | longest ms |\n");
         table += "|---|---|---|---|---|\n";
         let [median, p90, longest] = [0.5, 0.9, 1.0].map(|share| self.at(share));
         // Writing into a String cannot fail.
