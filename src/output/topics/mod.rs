@@ -143,6 +143,7 @@ impl Topics {
     }
 
     /// Whether a sensor's images are wanted.
+    #[cfg(feature = "ros2")]
     pub(crate) fn wants_images(&self, out: &impl TopicSink, sensor: usize) -> bool {
         let topics = self.0.get(sensor).filter(|topics| topics.kind == SensorKind::Camera);
         topics.is_some_and(|topics| topics.camera.wanted(out))
