@@ -29,6 +29,7 @@ fn move_window(@builtin(global_invocation_id) id: vec3<u32>) {
     if !stayed || move_window_params.forget == 1u {
         let slot = slot_of(x, y, move_window_params.origin_slot_x, move_window_params.origin_slot_y, side);
         forget_cameras(slot);
+        forget_looks(slot);
         forget_lidars(slot);
         forget_panes(slot);
         forget_drops(slot);

@@ -6,6 +6,7 @@ mod checks;
 mod goal;
 mod read;
 mod stages;
+mod weights;
 mod why;
 
 use std::collections::VecDeque;
@@ -18,6 +19,7 @@ use self::channel::{Channel, Published};
 pub(crate) use self::checks::frame as check_frame;
 use self::goal::towards_goal;
 pub use self::stages::{camera_plan, camera_stages, lidar_plan, lidar_stages, map_plan, map_stages};
+pub use self::weights::weight_files;
 use crate::base::{Error, Refused, Result, duration_ns};
 use crate::config::Config;
 pub use crate::config::SensorInfo;
@@ -44,6 +46,8 @@ pub struct Options {
     pub layers: bool,
     /// Whether what learned solidity judges cells by is read back.
     pub solidity_inputs: bool,
+    /// Whether what map reliability judges cells by is read back.
+    pub cell_inputs: bool,
     /// Whether the map of one sensor comes with its verdicts; that of several always does.
     pub verdicts: bool,
     /// Whether the map goes on without data, as on a robot: even that of one sensor is published apart
@@ -141,7 +145,7 @@ impl Mapper {
     /// # Errors
     /// As there.
     pub fn on(context: &Context, config: &Config, sensors: &[SensorInfo], options: &Options) -> Result<Self> {
-        let sensors = &with_fusion(sensors)[..];
+        let sensors = &with_fusion(config, sensors)[..];
         let map = Arc::new(map_job(config, sensors, options)?);
         let store = Store::new(context);
         let builder = Builder { context, options, map: &map, sensors };

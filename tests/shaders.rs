@@ -13,6 +13,7 @@ use limpid::network::{Backend, all_kernels};
 use limpid::sensor::CameraModel;
 use limpid::sim::lidar::Lidar;
 use limpid::stage::camera::drm::Drm;
+use limpid::stage::camera::map_reliability::{self, MapReliability};
 use limpid::stage::camera::{align_color, back_project, ingest, pane_clip, register_color};
 use limpid::stage::camera::{see_through, spatial_median, tally, update, weigh};
 use limpid::stage::glass::pane_cells;
@@ -49,6 +50,7 @@ const PIPELINE: &[ShaderSource] = &[
     intensity_layers::INTENSITY_LAYERS_OF_BUFFER,
     intensity_layers::INTENSITY_LAYERS_AND_BEAMS,
     intensity_layers::INTENSITY_LAYERS_AND_BEAMS_OF_BUFFER,
+    map_reliability::MAP_RELIABILITY,
     pane_cells::PANE_CELLS,
     pane_cells::SHARE_PANES,
     pane_clip::PANE_CLIP,
@@ -154,14 +156,15 @@ fn learned(job: LidarJob) -> LidarJob {
     LidarJob { solidity: Some(Arc::new(model)), solidity_inputs: true, ..job }
 }
 
-const ALL_LAYERS: Layers = Layers { cameras: true, lidars: true, panes: true, drops: true };
+const ALL_LAYERS: Layers = Layers { cameras: true, looks: true, lidars: true, panes: true, drops: true };
 
 /// Plans of maps with several sensors, by both laws of inflation, with and without each layer.
 fn one_map_plans() -> Vec<Plan> {
     let cameras = Layers { cameras: true, ..Layers::default() };
     let lidars = Layers { lidars: true, ..Layers::default() };
     let mut plans = Vec::new();
-    let kinds = [ALL_LAYERS, Layers { panes: false, drops: false, ..ALL_LAYERS }, cameras, lidars];
+    let kinds =
+        [ALL_LAYERS, Layers { looks: false, panes: false, drops: false, ..ALL_LAYERS }, cameras, lidars];
     for layers in kinds {
         for inflation_law in [InflationLaw::Nav2, InflationLaw::Goal] {
             let config = Config { inflation_law, ..small_map() };
@@ -169,9 +172,20 @@ fn one_map_plans() -> Vec<Plan> {
             let (cameras, glass_lidars) = (2 * u32::from(layers.cameras), u32::from(layers.panes));
             let (sensors, apart, verdicts) = (3, true, true);
             let evidence = layers.drops;
-            let map =
-                MapJob { config, side, layers, sensors, cameras, glass_lidars, evidence, apart, verdicts };
-            let map = Arc::new(map);
+            let network = || Arc::new(MapReliability::shipped().unwrap());
+            let reliability = layers.looks.then(network);
+            let map = Arc::new(MapJob {
+                config,
+                side,
+                layers,
+                sensors,
+                cameras,
+                glass_lidars,
+                evidence,
+                reliability,
+                apart,
+                verdicts,
+            });
             plans.push(mapper::map_plan(&map, &mapper::map_stages(&map)).unwrap());
             let scope = || "top".to_owned();
             if layers.cameras {

@@ -38,7 +38,11 @@ impl<'a> Paths<'a> {
     pub(super) fn reads_of(mut self, config: &'a Config) -> Self {
         let sensors = config.sensors.iter().map(|sensor| &sensor.parameters);
         for parameters in [config].into_iter().chain(sensors) {
-            for (what, name) in [("weights", &parameters.weights), ("glass_panes", &parameters.glass_panes)] {
+            for (what, name) in [
+                ("weights", &parameters.weights),
+                ("learned_weights", &parameters.learned_weights),
+                ("glass_panes", &parameters.glass_panes),
+            ] {
                 self = self.may_read(what, Some(Path::new(name)).filter(|_| !name.is_empty()));
             }
         }

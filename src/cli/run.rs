@@ -96,6 +96,7 @@ pub(crate) fn execute(arguments: &RunArguments) -> Result<ExitCode> {
         // The saved map asks them which inscribed cells are free.
         verdicts: written || arguments.map.is_some(),
         solidity_inputs: false,
+        cell_inputs: false,
         live: false,
     };
     let range = arguments.frames.clone().unwrap_or(0..u64::MAX);

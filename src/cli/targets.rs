@@ -5,8 +5,8 @@ use std::time::Instant;
 
 use clap::Args;
 use limpid::gpu::Context;
-use limpid::offline::solidity;
 use limpid::offline::targets::{Distance, Request, SampleFile, make};
+use limpid::offline::{cells as map_cells, solidity};
 use limpid::stage::targets::Rule;
 use limpid::{Config, Result};
 
@@ -21,10 +21,14 @@ pub(crate) struct TargetsArguments {
     /// Instead, cells of simulated lidar scans for learned solidity: of the scenes of these seeds
     #[arg(long, value_name = "FIRST-LAST", value_parser = seeds, conflicts_with = "inputs")]
     solidity: Option<(u64, u64)>,
+    /// Instead, cells of recordings with ground truth for map reliability: one file map-cells.safetensors
+    #[arg(long, conflicts_with = "solidity")]
+    map: bool,
     /// Cells of a scan that are kept, at most, with --solidity
     #[arg(long, value_name = "N", default_value_t = 400, requires = "solidity", value_parser = clap::value_parser!(u64).range(1..))]
     cells: u64,
-    /// Write NAME.safetensors into this folder for each recording; with --solidity FIRST-LAST.safetensors
+    /// Write NAME.safetensors into this folder for each recording; with --solidity FIRST-LAST.safetensors, with --map
+    /// map-cells.safetensors
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
     /// Parameters in YAML (topics, frames, transforms)
@@ -83,6 +87,29 @@ fn cells((first, last): (u64, u64), config: Config, arguments: &TargetsArguments
     Ok(())
 }
 
+/// Cells for map reliability.
+fn judged_cells(config: &Config, arguments: &TargetsArguments) -> Result<()> {
+    let (start, mut file) = (Instant::now(), map_cells::CellFile::default());
+    let context = Context::open(arguments.adapter.as_deref(), false)?;
+    for input in &arguments.inputs {
+        let cells = map_cells::make(input, config, arguments.every, &context)?;
+        let name = input.file_stem().unwrap_or(input.as_os_str()).to_string_lossy();
+        println!("{name}: {} cells", cells.len());
+        file.add(&name, &cells);
+    }
+    std::fs::create_dir_all(&arguments.output).map_err(limpid::Error::file(&arguments.output))?;
+    let path = arguments.output.join("map-cells.safetensors");
+    file.save(&path)?;
+    println!("{}", path.display());
+    let (count, seconds) = (file.count(), start.elapsed().as_secs_f64());
+    println!(
+        "{count} cells of {} recordings in {seconds:.1} s on {}",
+        arguments.inputs.len(),
+        context.describe()
+    );
+    Ok(())
+}
+
 pub(crate) fn execute(arguments: &TargetsArguments) -> Result<()> {
     let common =
         Common { config: arguments.config.clone(), method: None, weights: None, port: None, adapter: None };
@@ -93,6 +120,9 @@ pub(crate) fn execute(arguments: &TargetsArguments) -> Result<()> {
     paths.may_fill("-o", Some(&arguments.output), |path| ends_in(path, &["safetensors"])).check()?;
     if let Some(seeds) = arguments.solidity {
         return cells(seeds, config, arguments);
+    }
+    if arguments.map {
+        return judged_cells(&config, arguments);
     }
     let rule = Rule {
         baseline_m: arguments.baseline,

@@ -15,6 +15,8 @@ impl Default for Config {
             fusion: Fusion::Auto,
             evidence_exponent: 6.0,
             evidence_least_hits: 8.0,
+            learned_bias: 0.0,
+            learned_weights: String::new(),
             depth_topic: String::new(),
             depth_info_topic: String::new(),
             color_topic: String::new(),

@@ -70,6 +70,8 @@ const CAMERA: &[&str] = &[
     "fusion",
     "evidence_exponent",
     "evidence_least_hits",
+    "learned_bias",
+    "learned_weights",
     "depth_topic",
     "depth_info_topic",
     "color_topic",

@@ -16,11 +16,13 @@ pub enum GroundSource {
     Stated,
 }
 
-/// How pixels of reliability R above tau change a cell (spec 1 §2, §3, §9). All cameras of a map have `Evidence`, or none.
+/// How pixels of reliability R above tau change a cell (spec 1 §2, §3, §9). All cameras of a map have `Evidence`, or `Learned`,
+/// or neither.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Fusion {
-    /// By evidence where a camera of the map has method drm, else by weight.
+    /// By map reliability where a camera of the map has method drm and the cells have a side that its network knows, by evidence
+    /// in cells of other sides, by weight without drm.
     Auto,
     /// By the mean of R over the hits, as in the paper.
     Weight,
@@ -29,6 +31,15 @@ pub enum Fusion {
     /// By evidence for the cell, which R speeds up, and evidence against it: the share of the pixels that look through it where it
     /// was hit.
     Evidence,
+    /// As by evidence, but a small network decides which cells are obstacles, by what was seen of them and around them.
+    Learned,
+}
+
+impl Fusion {
+    /// Whether cells keep evidence for and against, else p.
+    pub fn counts_trust(self) -> bool {
+        matches!(self, Self::Evidence | Self::Learned)
+    }
 }
 
 /// Which occupied cells of the cameras a lidar may refute (spec 4 §2, row 5).

@@ -95,6 +95,10 @@ pub struct Config {
     pub evidence_exponent: f64,
     /// Fusion evidence: sum of R in one frame from which a far cell's hits count fully.
     pub evidence_least_hits: f64,
+    /// Fusion learned: added to the network's sum, of which 0 and more is an obstacle; higher: more obstacles, and more false ones.
+    pub learned_bias: f64,
+    /// Fusion learned: weight file of map reliability (safetensors); empty: the weights that limpid comes with.
+    pub learned_weights: String,
 
     /// Depth image topic; empty: found by message type and name.
     pub depth_topic: String,

@@ -80,6 +80,9 @@ pub struct CameraUpdate {
     pub images: Option<FrameImages>,
     /// Grids beside the costmap, when they were asked for.
     pub layers: Option<FrameLayers>,
+    /// What map reliability judges the cells of the window by, when it was asked for: of each cell the numbers that
+    /// [`INPUTS`](crate::stage::camera::map_reliability::INPUTS) names; 0 where the frame did not judge it. Else empty.
+    pub cell_inputs: Vec<f32>,
 }
 
 /// What came of a lidar's scan.

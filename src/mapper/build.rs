@@ -2,21 +2,19 @@
 
 use std::sync::Arc;
 
+use super::weights::{load_drm, load_map_reliability, load_solidity};
 use super::{
     Options, SensorInfo, camera_plan, camera_stages, lidar_plan, lidar_stages, map_plan, map_stages,
 };
 use crate::base::{Error, Result};
-use crate::config::{Config, Fusion, GroundSource, MAX_POINTS, Method, Solidity};
+use crate::config::{Config, Fusion, GroundSource, MAX_POINTS, Method};
 use crate::gpu::{Context, Plan};
 use crate::map::PaneSet;
 use crate::map::pane_file::read_panes;
-use crate::network::Backend;
-use crate::network::weights::Network;
 use crate::sensor::{BeamGrid, CameraInfo, LidarInfo, Scan, SensorModel};
-use crate::stage::camera::drm::Drm;
+use crate::stage::camera::map_reliability::knows_cells_of;
 use crate::stage::glass::{Glass, MOST_POINTS};
 use crate::stage::lidar::planes::{full_scale, plane_rings};
-use crate::stage::lidar::solidity::SolidityModel;
 use crate::stage::map::layers::Layers;
 use crate::stage::{CameraJob, LidarJob, MapJob, Stage};
 
@@ -84,12 +82,20 @@ pub(super) fn map_job(config: &Config, sensors: &[SensorInfo], options: &Options
     let config = one_size(config, of_lidars);
     config.validate()?;
     let drops = config.marks_drops();
-    let evidence = one_fusion(sensors)?;
+    let fusion = one_fusion(sensors)?;
+    let reliability = load_map_reliability(fusion, &config)?;
     Ok(MapJob {
-        evidence,
+        evidence: fusion.counts_trust(),
+        reliability,
         side: config.cells_per_side()?,
         config,
-        layers: Layers { cameras: cameras > 0, lidars, panes: glass_lidars > 0, drops },
+        layers: Layers {
+            cameras: cameras > 0,
+            looks: fusion == Fusion::Learned,
+            lidars,
+            panes: glass_lidars > 0,
+            drops,
+        },
         sensors: sensors.len(),
         cameras,
         glass_lidars,
@@ -98,17 +104,20 @@ pub(super) fn map_job(config: &Config, sensors: &[SensorInfo], options: &Options
     })
 }
 
-/// The sensors with a fusion in place of [`Fusion::Auto`]: that of the cameras that state one, else evidence where a camera has
-/// method drm, and weight where none has.
-pub(super) fn with_fusion(sensors: &[SensorInfo]) -> Vec<SensorInfo> {
+/// The sensors with a fusion in place of [`Fusion::Auto`]: that of the cameras that state one that counts trust, or weight where they
+/// state another; else map reliability where a camera has method drm and its network knows cells of that side, evidence in cells of
+/// other sides, and weight where no camera has drm.
+pub(super) fn with_fusion(config: &Config, sensors: &[SensorInfo]) -> Vec<SensorInfo> {
     let is_camera = |sensor: &&SensorInfo| matches!(sensor.model, SensorModel::Camera(_));
     let cameras = || sensors.iter().filter(is_camera);
     let stated = cameras().map(|camera| camera.config.fusion).find(|fusion| *fusion != Fusion::Auto);
-    let evidence = match stated {
-        Some(fusion) => fusion == Fusion::Evidence,
-        None => cameras().any(|camera| method_of(camera) == Method::Drm),
+    let drm = || cameras().any(|camera| method_of(camera) == Method::Drm);
+    let settled = match stated {
+        Some(fusion) if fusion.counts_trust() => fusion,
+        None if drm() && knows_cells_of(config.resolution_m) => Fusion::Learned,
+        None if drm() => Fusion::Evidence,
+        _ => Fusion::Weight,
     };
-    let settled = if evidence { Fusion::Evidence } else { Fusion::Weight };
     let mut sensors = sensors.to_vec();
     for sensor in sensors.iter_mut().filter(|sensor| sensor.config.fusion == Fusion::Auto) {
         sensor.config.fusion = settled;
@@ -125,24 +134,26 @@ fn method_of(camera: &SensorInfo) -> Method {
     camera.config.resolved(color).method
 }
 
-/// Whether the cameras' cells hold evidence for and against: all of them do, or none, as they share the cells.
-fn one_fusion(sensors: &[SensorInfo]) -> Result<bool> {
+/// What the cameras' cells hold: of all of them evidence for and against, of which a rule or a network makes obstacles, or of none, as
+/// they share the cells; then it is [`Fusion::Weight`].
+fn one_fusion(sensors: &[SensorInfo]) -> Result<Fusion> {
     let cameras = sensors.iter().filter(|sensor| matches!(sensor.model, SensorModel::Camera(_)));
-    let mut first: Option<(&str, bool)> = None;
+    let mut first: Option<(&str, Fusion)> = None;
     for camera in cameras {
-        let evidence = camera.config.fusion == Fusion::Evidence;
+        let fusion = camera.config.fusion;
+        let fusion = if fusion.counts_trust() { fusion } else { Fusion::Weight };
         match first {
-            Some((name, other)) if other != evidence => {
+            Some((name, other)) if other != fusion => {
                 let reason = format!(
-                    "`{name}` and `{}` differ: all cameras of a map have `evidence`, or none",
+                    "`{name}` and `{}` differ: all cameras of a map have `evidence`, or `learned`, or neither",
                     camera.name
                 );
                 return Err(Error::Config { key: "fusion".into(), reason });
             }
-            _ => first = Some((&camera.name, evidence)),
+            _ => first = Some((&camera.name, fusion)),
         }
     }
-    Ok(first.is_some_and(|(_, evidence)| evidence))
+    Ok(first.map_or(Fusion::Weight, |(_, fusion)| fusion))
 }
 
 /// The configuration with the map's resolution and size in both pairs of keys: those of lidars, or those of cameras.
@@ -223,6 +234,7 @@ impl Builder<'_> {
             depth_alone: sensor.config.method == Method::Auto,
             images: self.options.images,
             layers: self.options.layers,
+            cell_inputs: self.options.cell_inputs,
             config,
             map: Arc::clone(self.map),
             sensor: u32::try_from(number).unwrap_or(u32::MAX),
@@ -239,7 +251,7 @@ impl Builder<'_> {
             plane_rings: plane_rings(&config, &info.first)?,
             deskew: config.deskew && info.first.columns.time,
             layers: self.options.layers,
-            solidity: solidity(&config)?,
+            solidity: load_solidity(&config)?,
             solidity_inputs: self.options.solidity_inputs,
             glass: glass(&config, &info.first)?,
             config,
@@ -249,36 +261,6 @@ impl Builder<'_> {
             scope: self.scope(number),
         })
     }
-}
-
-/// The network of method drm; `None` for the others.
-fn load_drm(
-    config: &Config,
-    sensor: &SensorInfo,
-    info: &CameraInfo,
-    context: &Context,
-) -> Result<Option<Drm>> {
-    if config.method != Method::Drm {
-        return Ok(None);
-    }
-    if info.color.is_none() {
-        let why = sensor.color_missing.as_ref().map(|why| format!(": {why}")).unwrap_or_default();
-        let reason = format!(
-            "drm needs colour images, and none with a calibration is among the first frames{why} (auto and range take depth alone)"
-        );
-        return Err(Error::Config { key: "method".into(), reason });
-    }
-    let network = match config.weights.as_str() {
-        "" => Network::shipped()?,
-        file => Network::read(std::path::Path::new(file))?,
-    };
-    Ok(Some(Drm { network: Arc::new(network), backend: Backend::of(context) }))
-}
-
-/// The model of learned solidity; `None` where cells are solid by something else.
-fn solidity(config: &Config) -> Result<Option<Arc<SolidityModel>>> {
-    let learned = config.settled_solidity() == Solidity::Learned;
-    learned.then(|| SolidityModel::shipped().map(Arc::new)).transpose()
 }
 
 /// Points to build for: enough for scans somewhat larger than the first.

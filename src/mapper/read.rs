@@ -12,6 +12,7 @@ use crate::map::{
     CameraUpdate, Counters, FrameImages, FrameLayers, Ground, LidarUpdate, MapUpdate, ScanLayers, Seen,
     State, Update, Verdict,
 };
+use crate::stage::camera::map_reliability;
 use crate::stage::lidar::solidity::INPUTS;
 use crate::stage::{CameraJob, LidarJob, MapJob};
 
@@ -84,6 +85,7 @@ impl Reader<'_> {
             depth_alone: pending.depth_alone.clone(),
             images: (job.images && pending.images).then(|| self.images(job)).transpose()?,
             layers: job.layers.then(|| self.layers()).transpose()?,
+            cell_inputs: self.cell_inputs(job)?,
         })
     }
 
@@ -154,6 +156,14 @@ impl Reader<'_> {
             layers: job.layers.then(|| self.scan_layers(job)).transpose()?,
             solidity_inputs: self.solidity_inputs(job)?,
         })
+    }
+
+    fn cell_inputs(&self, job: &CameraJob) -> Result<Vec<f32>> {
+        if job.map.reliability.is_none() || !job.cell_inputs {
+            return Ok(Vec::new());
+        }
+        let cells = job.map.side as usize * job.map.side as usize;
+        self.floats("map_reliability_inputs", cells * map_reliability::INPUTS.len())
     }
 
     fn solidity_inputs(&self, job: &LidarJob) -> Result<Vec<f32>> {

@@ -6,7 +6,7 @@ use crate::base::Result;
 use crate::config::{InflationLaw, Method};
 use crate::gpu::Plan;
 use crate::stage::camera::{
-    back_project, drm, ingest, pane_clip, see_through, spatial_median, tally, update, weigh,
+    back_project, drm, ingest, map_reliability, pane_clip, see_through, spatial_median, tally, update, weigh,
 };
 use crate::stage::drops::Drops;
 use crate::stage::glass::{LabelGlass, pane_cells};
@@ -43,6 +43,9 @@ pub fn camera_stages(job: &Arc<CameraJob>) -> Vec<Box<dyn Stage>> {
     }
     stages.push(Box::new(see_through::SeeThrough::new(job)));
     stages.push(Box::new(update::Update { job: of() }));
+    if let Some(network) = &job.map.reliability {
+        stages.push(Box::new(map_reliability::JudgeCells { job: of(), network: Arc::clone(network) }));
+    }
     if !job.map.apart {
         stages.extend(map_stages(&job.map));
     }
@@ -111,6 +114,9 @@ pub fn camera_plan(job: &CameraJob, stages: &[Box<dyn Stage>]) -> Result<Plan> {
     let layers = ["evidence", "occupancy", "state"];
     for name in image_buffers(job).chain(layers.into_iter().filter(|_| job.layers)) {
         plan.read_back(name)?;
+    }
+    if job.map.reliability.is_some() && job.cell_inputs {
+        plan.read_back("map_reliability_inputs")?;
     }
     if !job.map.apart {
         read_back_map(&mut plan, &job.map)?;

@@ -7,6 +7,7 @@ use crate::sensor::CameraModel;
 use crate::stage::Moment;
 use crate::stage::camera::back_project::STRIP;
 use crate::stage::camera::drm::Drm;
+use crate::stage::camera::map_reliability::MapReliability;
 use crate::stage::glass::Glass;
 use crate::stage::lidar::solidity::SolidityModel;
 use crate::stage::map::layers::Layers;
@@ -26,8 +27,10 @@ pub struct MapJob {
     pub cameras: u32,
     /// Lidars that search for glass.
     pub glass_lidars: u32,
-    /// Whether its cameras' cells hold evidence for and against (`fusion: evidence`), else p.
+    /// Whether its cameras' cells hold evidence for and against (`fusion: evidence` and `learned`), else p.
     pub evidence: bool,
+    /// The network that says which cells are obstacles (`fusion: learned`).
+    pub reliability: Option<Arc<MapReliability>>,
     /// Whether it is published apart from observations: it has several sensors.
     pub apart: bool,
     /// Whether what the rule says of each cell is read back.
@@ -46,7 +49,8 @@ impl MapJob {
             sensors: 1,
             cameras: 1,
             glass_lidars: 0,
-            evidence: config.fusion == Fusion::Evidence,
+            evidence: config.fusion.counts_trust(),
+            reliability: None,
             apart: false,
             verdicts: false,
         }
@@ -55,7 +59,7 @@ impl MapJob {
     /// Of a lidar alone; `glass`: it searches for glass.
     pub fn of_lidar(config: &Config, side: u32, glass: bool) -> Self {
         let drops = config.marks_drops();
-        let layers = Layers { cameras: false, lidars: true, panes: glass, drops };
+        let layers = Layers { lidars: true, panes: glass, drops, ..Layers::default() };
         Self {
             config: config.clone(),
             side,
@@ -64,6 +68,7 @@ impl MapJob {
             cameras: 0,
             glass_lidars: glass.into(),
             evidence: false,
+            reliability: None,
             apart: false,
             verdicts: false,
         }
@@ -98,6 +103,8 @@ pub struct CameraJob {
     pub images: bool,
     /// Whether the grids beside the costmap are read back.
     pub layers: bool,
+    /// Whether what map reliability judges cells by is read back.
+    pub cell_inputs: bool,
     /// The map.
     pub map: Arc<MapJob>,
     /// Its number among the map's sensors, from 0.
@@ -125,6 +132,11 @@ impl CameraJob {
     /// Whether cells hold evidence for and against, else p.
     pub fn counts_trust(&self) -> bool {
         self.map.evidence
+    }
+
+    /// Whether what cells keep counts less the longer ago it is, else by the number of looks.
+    pub fn counts_by_time(&self) -> bool {
+        self.config.rate_independent || self.map.cameras > 1
     }
 
     /// Whether back-projection keeps the lowest hits: for the heights at which looks through count, or for lidars that refute.

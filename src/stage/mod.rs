@@ -9,6 +9,7 @@ mod job;
 pub mod lidar;
 pub mod map;
 mod moment;
+pub(crate) mod perceptron;
 pub mod targets;
 
 use std::sync::Arc;

@@ -39,19 +39,24 @@ fn frame(index: u64) -> RgbdFrame {
 fn methods_are_those_of_the_spec() {
     let keys = |config: &Config| contestants(config).iter().map(|c| c.key).collect::<Vec<_>>();
     let baselines = ["naive", "range", "median", "temporal", "naive_3_hits"];
-    let fusions = [Fusion::Weight, Fusion::Gate, Fusion::Evidence];
+    let fusions = [Fusion::Weight, Fusion::Gate, Fusion::Evidence, Fusion::Learned];
     for (fusion, of_drm) in fusions.into_iter().zip([
-        ["drm", "drm_evidence", "drm_gate"],
-        ["drm", "drm_evidence", "drm_weight"],
-        ["drm", "drm_weight", "drm_gate"],
+        ["drm", "drm_learned", "drm_evidence", "drm_gate"],
+        ["drm", "drm_learned", "drm_evidence", "drm_weight"],
+        ["drm", "drm_learned", "drm_weight", "drm_gate"],
+        ["drm", "drm_evidence", "drm_weight", "drm_gate"],
     ]) {
         assert_eq!(keys(&config(fusion)), [baselines.as_slice(), &of_drm].concat());
         let all = contestants(&config(fusion));
         assert!(all[..5].iter().all(|c| c.config.fusion == Fusion::Weight), "baselines have the paper's");
         assert!(frontier(&config(fusion)).iter().all(|c| is_frontier(c.key) && c.config.fusion == fusion));
     }
-    assert_eq!(contestants(&config(Fusion::Auto)), contestants(&config(Fusion::Evidence)));
-    assert_eq!(frontier(&config(Fusion::Auto)), frontier(&config(Fusion::Evidence)));
+    assert_eq!(contestants(&config(Fusion::Auto)), contestants(&config(Fusion::Learned)));
+    assert_eq!(frontier(&config(Fusion::Auto)), frontier(&config(Fusion::Learned)));
+    // Cells of a side that the network does not know.
+    let coarse = |fusion| Config { resolution_m: 0.1, ..config(fusion) };
+    assert_eq!(contestants(&coarse(Fusion::Auto)), contestants(&coarse(Fusion::Evidence)));
+    assert!(!keys(&coarse(Fusion::Auto)).contains(&"drm_learned"));
     assert!(!is_frontier("drm"));
     let all = contestants(&Config { min_hits: 5, lambda: 0.8, ..config(Fusion::Gate) });
     assert!(all.iter().all(|c| c.config.lambda == 0.8 && c.config.min_hits == 5), "map settings are shared");
@@ -64,7 +69,7 @@ fn both_fusions_get_what_they_would_alone() {
         return;
     }
     let mut both = contestants(&config(Fusion::Weight)).split_off(5);
-    both.retain(|contestant| contestant.key != "drm_evidence");
+    both.retain(|contestant| !["drm_learned", "drm_evidence"].contains(&contestant.key));
     let both = &both;
     let mut contest = Contest::open(both, &frame(0), None).unwrap();
     let alone = |fusion| {
@@ -92,7 +97,7 @@ fn both_fusions_get_what_they_would_alone() {
 }
 
 #[test]
-fn unless_stated_drm_has_evidence_and_range_the_mean() {
+fn unless_stated_drm_has_evidence_judged_by_the_network_and_range_the_mean() {
     if skipped() {
         return;
     }
@@ -104,8 +109,8 @@ fn unless_stated_drm_has_evidence_and_range_the_mean() {
         outs.map(|out| out.layers.as_ref().unwrap().occupancy.clone())
     };
     for (method, taken, other) in [
-        (Method::Drm, Fusion::Evidence, Fusion::Weight),
-        (Method::Auto, Fusion::Evidence, Fusion::Weight),
+        (Method::Drm, Fusion::Learned, Fusion::Weight),
+        (Method::Auto, Fusion::Learned, Fusion::Weight),
         (Method::Range, Fusion::Weight, Fusion::Evidence),
     ] {
         let unless_stated = occupancy(method, Fusion::Auto);

@@ -9,6 +9,7 @@ mod evidence;
 mod geometry;
 mod ground;
 mod inputs;
+mod learned;
 mod methods;
 mod rolling;
 mod time;

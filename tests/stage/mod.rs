@@ -19,6 +19,7 @@ mod ingest;
 mod intensity_classes;
 mod intensity_layers;
 mod looks;
+mod map_reliability;
 mod move_window;
 mod pane_cells;
 mod pane_clip;

@@ -163,12 +163,13 @@ fn all_layers_of_a_map_move_alike() {
     }
     let window = window([-3, 14], [1, -2]);
     let mut random = Random(12);
-    for bits in 1..16_u32 {
+    for bits in 1..32_u32 {
         let layers = Layers {
             cameras: bits & 1 != 0,
             lidars: bits & 2 != 0,
             panes: bits & 4 != 0,
             drops: bits & 8 != 0,
+            looks: bits & 16 != 0,
         };
         let before: Vec<(&str, Vec<u32>)> = layers
             .buffers()

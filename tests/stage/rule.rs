@@ -12,7 +12,7 @@ use crate::reference::rule::{self as twin, Camera, Cell, Clock, Lidar, Seen, Swi
 use crate::support::gpu::{Fragment, skipped};
 use crate::support::random::Random;
 
-const ALL: Layers = Layers { cameras: true, lidars: true, panes: true, drops: true };
+const ALL: Layers = Layers { cameras: true, looks: false, lidars: true, panes: true, drops: true };
 const HEIGHT_MIN_M: f64 = 0.1;
 const SWITCHES: Switches = Switches { passable_cost: 50, passable_over_camera: false, clears: Some(false) };
 
@@ -294,6 +294,7 @@ fn layers_that_a_map_lacks_say_nothing() {
             lidars: bits & 2 != 0,
             panes: bits & 4 != 0,
             drops: bits & 8 != 0,
+            looks: false,
         };
         let got = run(shader(layers, &settings(&SWITCHES), 16), &cells, 9, &CLOCK, layers);
         let heard = |cell: &Cell| Cell {

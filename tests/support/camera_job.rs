@@ -44,6 +44,7 @@ pub(crate) fn job(config: &Config, depth: CameraModel) -> CameraJob {
         depth_alone: false,
         images: false,
         layers: true,
+        cell_inputs: false,
     }
 }
 

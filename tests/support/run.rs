@@ -83,6 +83,7 @@ impl Pipeline {
             layers: options.layers,
             verdicts: options.layers,
             solidity_inputs: false,
+            cell_inputs: false,
             live: false,
         };
         let mapper = Mapper::open(config, &[SensorInfo::camera(config, info)], &asked)?;

@@ -108,6 +108,7 @@ pub(crate) fn output() -> Update {
             occupied: layer(1.0),
             free: layer(0.0),
         }),
+        cell_inputs: Vec::new(),
     };
     let map = MapUpdate {
         grid: Grid { origin_x_m: 1.05, origin_y_m: -2.45, resolution_m: 0.05, width: 16, height: 17 },

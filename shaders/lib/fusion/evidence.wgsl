@@ -1,18 +1,8 @@
 // Evidence that counts trust (spec 1 §9): R sets how fast a cell is believed, and looks through at the heights that were hit count
-// against it. Needs lib/cell, lib/evidence, update.
+// against it. Needs lib/cell, lib/evidence, lib/fusion/strength, update.
 //
 // As with lambda, what is kept counts by looks, or by time where that is asked for or several cameras share the map. By time a look
 // counts no more than one: what nobody looks at is not forgotten, and a slow camera needs as many looks as a fast one.
-struct EvidenceParams {
-    camera_xy_m: vec2<f32>,     // in the window
-    resolution_m: f32,
-    hits_at_1_m: f32,           // n0 at a distance of 1 m; it falls with the square of the distance
-    least_hits: f32,            // n0 is at least that
-    exponent: f32,              // how much worse hits of a mean R under TRUSTED_R count
-    looks_per_tick: f32,        // where looks count by time: the share of a look that a tick allows
-    pad: u32,
-}
-
 @group(0) @binding(9) var<uniform> evidence_params: EvidenceParams;
 
 // What is left of the evidence for and against a cell after another look, and the most that is kept for it: a cell that was seen
@@ -21,10 +11,6 @@ const KEPT_FOR = 0.95;
 const KEPT_AGAINST = 0.8;
 const MOST_FOR = 8.75;
 
-// Mean R from which hits count fully.
-const TRUSTED_R = 0.9;
-// Distance from the camera under which n0 grows no more, metres.
-const NEAREST_M = 0.3;
 // What a trusted floor point in a cell without hits adds against it.
 const FLOOR_AGAINST = 0.07;
 
@@ -62,16 +48,12 @@ fn occupancy_of(cell: Cell) -> f32 {
     return select(0.0, cell.occupancy / all, all > 0.0);
 }
 
-// a of the spec: how much a frame's hits speak for the cell.
+// a of the spec for the frame's hits in cell i.
 fn evidence_for(i: u32, count: u32) -> f32 {
     let side = update_params.side;
     let centre = (vec2(f32(i % side), f32(i / side)) + 0.5) * evidence_params.resolution_m;
-    let distance = max(length(centre - evidence_params.camera_xy_m), NEAREST_M);
-    let enough = max(evidence_params.least_hits, evidence_params.hits_at_1_m / (distance * distance));
-    let hits = f32(count);
-    let trust = select(hits, f32(cell_hits[i].weight) / update_params.weight_scale, weighted);
-    let quality = clamp(trust / (hits * TRUSTED_R), 0.0, 1.0);
-    return min(1.0, trust / enough) * pow(quality, evidence_params.exponent);
+    let trust = select(f32(count), f32(cell_hits[i].weight) / update_params.weight_scale, weighted);
+    return strength_of_hits(evidence_params, f32(count), trust, length(centre - evidence_params.camera_xy_m));
 }
 
 // How much of a look counts: looks that follow each other faster than a camera's nominal rate share one.

@@ -4,6 +4,7 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+use limpid::mapper::weight_files;
 use limpid::offline::eval::contest::Contestant;
 use limpid::offline::eval::pairs::file_name;
 use limpid::offline::eval::report::Report;
@@ -109,12 +110,7 @@ impl<'a> Judge<'a> {
             make_folder(folder)?;
         }
         let mut hasher = DefaultHasher::new();
-        if !config.weights.is_empty() {
-            let path = Path::new(&config.weights);
-            std::fs::read(path).map_err(Error::file(path))?.hash(&mut hasher);
-        } else {
-            limpid::network::weights::SHIPPED.hash(&mut hasher);
-        }
+        weight_files(&config)?.hash(&mut hasher);
         let (shown, mut contestants) = (shown::draw_all(arguments)?, contestants(&config));
         if arguments.frontier {
             contestants.extend(frontier(&config));

@@ -6,11 +6,12 @@ use crate::gpu::Context;
 use crate::map::{FrameImages, MapUpdate, Update};
 use crate::mapper::{Mapper, Options, SensorInfo};
 use crate::sensor::{CameraInfo, Observation, RgbdFrame};
+use crate::stage::camera::map_reliability::knows_cells_of;
 
 /// Hits a cell and frame that the stricter naive method asks for (spec 1 §8).
 const STRICT_HITS: u32 = 3;
 
-/// What points of the frontier are called, by the key of the configuration and its value (with fusion evidence, then with another).
+/// What points of the frontier are called, by the key of the configuration and its value: with fusion evidence, learned, and another.
 const EXPONENTS: [(&str, f64); 5] = [
     ("evidence_exponent: 2", 2.0),
     ("evidence_exponent: 4", 4.0),
@@ -18,26 +19,37 @@ const EXPONENTS: [(&str, f64); 5] = [
     ("evidence_exponent: 12", 12.0),
     ("evidence_exponent: 16", 16.0),
 ];
+const BIASES: [(&str, f64); 5] = [
+    ("learned_bias: -2", -2.0),
+    ("learned_bias: -1", -1.0),
+    ("learned_bias: 0.7", 0.7),
+    ("learned_bias: 1.4", 1.4),
+    ("learned_bias: 2", 2.0),
+];
 const TAUS: [(&str, f64); 5] =
     [("tau: 0.1", 0.1), ("tau: 0.2", 0.2), ("tau: 0.45", 0.45), ("tau: 0.6", 0.6), ("tau: 0.75", 0.75)];
 
 /// Whether a name in reports is that of a point of the frontier.
 pub fn is_frontier(key: &str) -> bool {
-    EXPONENTS.iter().chain(&TAUS).any(|(name, _)| *name == key)
+    EXPONENTS.iter().chain(&BIASES).chain(&TAUS).any(|(name, _)| *name == key)
 }
 
 /// A method with its settings.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Contestant {
-    /// Its name in reports: `drm` is the method as configured, `drm_evidence`, `drm_weight` or `drm_gate` the same with another fusion.
+    /// Its name in reports: `drm` is the method as configured, `drm_evidence`, `drm_learned`, `drm_weight` or `drm_gate` the same with another fusion.
     pub key: &'static str,
     /// Its parameters.
     pub config: Config,
 }
 
 /// The method with each other fusion takes the first one's reliability, so that the network runs once a frame.
-const OTHER_FUSIONS: [(&str, Fusion); 3] =
-    [("drm_evidence", Fusion::Evidence), ("drm_weight", Fusion::Weight), ("drm_gate", Fusion::Gate)];
+const OTHER_FUSIONS: [(&str, Fusion); 4] = [
+    ("drm_learned", Fusion::Learned),
+    ("drm_evidence", Fusion::Evidence),
+    ("drm_weight", Fusion::Weight),
+    ("drm_gate", Fusion::Gate),
+];
 
 /// All methods with the map settings of `config` (spec 1 §4, §8). The baselines have the paper's fusion.
 pub fn contestants(config: &Config) -> Vec<Contestant> {
@@ -56,6 +68,9 @@ pub fn contestants(config: &Config) -> Vec<Contestant> {
     all.push(Contestant { key: "drm", config: drm });
     // Reliability is 0 wherever drm takes no depth, so the wider range of naive lets nothing else in.
     for (key, fusion) in OTHER_FUSIONS.into_iter().filter(|(_, fusion)| *fusion != own) {
+        if fusion == Fusion::Learned && !knows_cells_of(config.resolution_m) {
+            continue;
+        }
         all.push(Contestant { key, config: Config { method: Method::Naive, fusion, ..config.clone() } });
     }
     all
@@ -63,7 +78,11 @@ pub fn contestants(config: &Config) -> Vec<Contestant> {
 
 /// The fusion that method drm has.
 fn fusion_of_drm(config: &Config) -> Fusion {
-    if config.fusion == Fusion::Auto { Fusion::Evidence } else { config.fusion }
+    match config.fusion {
+        Fusion::Auto if knows_cells_of(config.resolution_m) => Fusion::Learned,
+        Fusion::Auto => Fusion::Evidence,
+        stated => stated,
+    }
 }
 
 /// Method drm's fusion at other points of its frontier between false obstacles and missed ones, by the key that the fusion has for that:
@@ -77,6 +96,10 @@ pub fn frontier(config: &Config) -> Vec<Contestant> {
             config: Config { evidence_exponent, ..base.clone() },
         };
         return EXPONENTS.into_iter().map(of).collect();
+    }
+    if fusion == Fusion::Learned {
+        let of = |(key, learned_bias)| Contestant { key, config: Config { learned_bias, ..base.clone() } };
+        return BIASES.into_iter().map(of).collect();
     }
     TAUS.into_iter().map(|(key, tau)| Contestant { key, config: Config { tau, ..base.clone() } }).collect()
 }

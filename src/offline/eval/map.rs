@@ -48,6 +48,20 @@ impl TrueWindow {
         self.cells[cell] == FREE && usize::from(self.clearance[cell]) > margin
     }
 
+    /// Cells of F_gt within a radius of a cell, those beside a true border left out.
+    pub fn free_within(&self, cell: usize, radius: usize) -> u16 {
+        let height = self.cells.len() / self.width;
+        let (x, y) = (cell % self.width, cell / self.width);
+        let mut count = 0;
+        for row in y.saturating_sub(radius)..=(y + radius).min(height - 1) {
+            for column in x.saturating_sub(radius)..=(x + radius).min(self.width - 1) {
+                let near = row.abs_diff(y).pow(2) + column.abs_diff(x).pow(2) <= radius * radius;
+                count += u16::from(near && self.is_free(row * self.width + column, 1));
+            }
+        }
+        count
+    }
+
     /// Whether `test` holds for the cell or one within `reach` cells along both axes.
     fn near(&self, cell: usize, reach: usize, test: impl Fn(usize) -> bool) -> bool {
         let height = self.cells.len() / self.width;

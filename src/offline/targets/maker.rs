@@ -73,6 +73,7 @@ impl Maker {
             depth_alone: false,
             images: true,
             layers: false,
+            cell_inputs: false,
             map: Arc::new(MapJob::of_camera(&config, config.cells_per_side()?)),
             sensor: 0,
             scope: String::new(),

@@ -13,6 +13,7 @@ use super::world::World;
 use crate::base::{Error, Result};
 use crate::config::Config;
 use crate::gpu::Context;
+use crate::mapper::weight_files;
 use crate::output::save_file;
 use crate::sim::generate::Level;
 use crate::sim::lidar::Lidar;
@@ -94,10 +95,7 @@ impl Course {
             return Err(Error::Config { key: "drift".into(), reason: format!("{drift} is not in [0, 0.5]") });
         }
         let mut hasher = DefaultHasher::new();
-        match config.weights.as_str() {
-            "" => crate::network::weights::SHIPPED.hash(&mut hasher),
-            path => std::fs::read(path).map_err(Error::file(path))?.hash(&mut hasher),
-        }
+        weight_files(&config)?.hash(&mut hasher);
         if let Some(folder) = &keep {
             std::fs::create_dir_all(folder).map_err(Error::file(folder))?;
         }

@@ -5,6 +5,7 @@ pub mod back_project;
 pub(crate) mod color;
 pub mod drm;
 pub mod ingest;
+pub mod map_reliability;
 pub mod pane_clip;
 pub mod register_color;
 pub mod see_through;

@@ -35,6 +35,7 @@ pub const UPDATE_BY_EVIDENCE: ShaderSource = ShaderSource {
         include_str!("../../../shaders/lib/slot.wgsl"),
         include_str!("../../../shaders/lib/weight.wgsl"),
         include_str!("../../../shaders/lib/record.wgsl"),
+        include_str!("../../../shaders/lib/fusion/strength.wgsl"),
         include_str!("../../../shaders/lib/fusion/evidence.wgsl"),
         include_str!("../../../shaders/update.wgsl"),
     ],
@@ -184,8 +185,7 @@ pub struct Update {
 
 impl Stage for Update {
     fn append(&self, plan: &mut Plan) -> Result<()> {
-        let timed = self.job.config.rate_independent || self.job.map.cameras > 1;
-        declare(plan, &self.job, timed, self.job.keeps_lowest())
+        declare(plan, &self.job, self.job.counts_by_time(), self.job.keeps_lowest())
     }
 
     fn write(&self, moment: &Moment<'_>, input: &mut FrameInput<'_>) -> Result<()> {

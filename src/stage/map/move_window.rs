@@ -9,7 +9,7 @@ use crate::stage::map::layers::Layers;
 use crate::stage::{MapJob, Moment, Stage};
 
 /// The files of the pass over those layers; `frame`: whether it clears the sums of a camera's frame too.
-pub fn parts(layers: Layers, frame: bool) -> [&'static str; 9] {
+pub fn parts(layers: Layers, frame: bool) -> [&'static str; 10] {
     [
         include_str!("../../../shaders/lib/cell.wgsl"),
         include_str!("../../../shaders/lib/slot.wgsl"),
@@ -23,6 +23,11 @@ pub fn parts(layers: Layers, frame: bool) -> [&'static str; 9] {
             include_str!("../../../shaders/lib/window/cameras.wgsl")
         } else {
             include_str!("../../../shaders/lib/window/no_cameras.wgsl")
+        },
+        if layers.looks {
+            include_str!("../../../shaders/lib/window/looks.wgsl")
+        } else {
+            include_str!("../../../shaders/lib/window/no_looks.wgsl")
         },
         if layers.lidars {
             include_str!("../../../shaders/lib/window/lidars.wgsl")

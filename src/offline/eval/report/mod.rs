@@ -28,8 +28,18 @@ pub struct Report {
 }
 
 /// Methods in the order of the tables; others follow.
-const ORDER: [&str; 9] =
-    ["naive", "range", "median", "temporal", "naive_3_hits", "drm", "drm_evidence", "drm_weight", "drm_gate"];
+const ORDER: [&str; 10] = [
+    "naive",
+    "range",
+    "median",
+    "temporal",
+    "naive_3_hits",
+    "drm",
+    "drm_learned",
+    "drm_evidence",
+    "drm_weight",
+    "drm_gate",
+];
 
 impl Report {
     /// Sums `results` up.

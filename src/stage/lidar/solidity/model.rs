@@ -1,8 +1,7 @@
 //! The model of learned solidity: its inputs and weights (spec 6 §3; `weights/README.md`).
 
-use safetensors::{Dtype, SafeTensors};
-
-use crate::base::{Error, Result};
+use crate::base::Result;
+use crate::stage::perceptron::{Layout, Perceptron, words};
 
 /// The weight file that limpid comes with.
 pub const SHIPPED: &[u8] = include_bytes!("../../../../weights/lidar-solidity.safetensors");
@@ -96,56 +95,15 @@ impl SolidityModel {
     /// [`Error::Weights`] that names the metadata key or the tensor: a file of another kind or for other inputs, wrong shapes,
     /// numbers that are not finite.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self> {
-        let broken = |e: safetensors::SafeTensorError| bad("file", format!("is no safetensors file: {e}"));
-        let (_, header) = SafeTensors::read_metadata(bytes).map_err(broken)?;
-        let tensors = SafeTensors::deserialize(bytes).map_err(broken)?;
-        let metadata = |key: &str| {
-            let value = header.metadata().as_ref().and_then(|all| all.get(key));
-            value.ok_or_else(|| bad(&format!("metadata `{key}`"), "is missing".into()))
-        };
-        for (key, wanted) in [("format", "lidar-solidity".to_owned()), ("inputs", INPUTS.join(","))] {
-            if *metadata(key)? != wanted {
-                return Err(bad(&format!("metadata `{key}`"), format!("is not `{wanted}`")));
-            }
-        }
-        let text = metadata("least_returns")?;
-        let least_returns = text.parse().ok().filter(|count| (1..=MOST_RETURNS).contains(count));
-        let least_returns = least_returns.ok_or_else(|| {
-            bad("metadata `least_returns`", format!("`{text}` is not in 1..={MOST_RETURNS}"))
-        })?;
-        let bias = tensor(&tensors, "bias", &[2])?;
-        Ok(Self {
-            inner: tensor(&tensors, "inner", &[HIDDEN, INPUTS.len() + 1])?,
-            outer: tensor(&tensors, "outer", &[HIDDEN])?,
-            bias: [bias[0], bias[1]],
-            least_returns,
-        })
+        let layout = Layout { format: "lidar-solidity", inputs: &INPUTS, hidden: HIDDEN, biases: 2 };
+        let file = Perceptron::from_bytes(bytes, &layout)?;
+        let least_returns = file.number("least_returns", 1..=MOST_RETURNS)?;
+        let bias = [file.bias[0], file.bias[1]];
+        Ok(Self { inner: file.inner, outer: file.outer, bias, least_returns })
     }
 
     /// As the pass takes it.
     pub fn words(&self) -> Vec<u8> {
-        self.inner
-            .iter()
-            .chain(&self.outer)
-            .chain(&self.bias)
-            .flat_map(|number| number.to_le_bytes())
-            .collect()
+        words(&self.inner, &self.outer, &self.bias)
     }
-}
-
-fn tensor(tensors: &SafeTensors<'_>, name: &str, shape: &[usize]) -> Result<Vec<f32>> {
-    let named = format!("tensor `{name}`");
-    let view = tensors.tensor(name).map_err(|_| bad(&named, "is missing".into()))?;
-    if view.dtype() != Dtype::F32 || view.shape() != shape {
-        return Err(bad(&named, format!("is {:?} {:?}, not F32 {shape:?}", view.dtype(), view.shape())));
-    }
-    let numbers: Vec<f32> = view.data().chunks_exact(4).map(bytemuck::pod_read_unaligned).collect();
-    if numbers.iter().any(|number| !number.is_finite()) {
-        return Err(bad(&named, "has numbers that are not finite".into()));
-    }
-    Ok(numbers)
-}
-
-fn bad(what: &str, reason: String) -> Error {
-    Error::Weights { what: what.into(), reason }
 }

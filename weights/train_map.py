@@ -1,0 +1,118 @@
+"""Trains map reliability (spec 1 §9) on cells that `limpid targets --map` wrote, and exports it as limpid loads it.
+
+    pip install numpy safetensors
+    python weights/train_map.py cells/*/*.safetensors --validate validation/*/*.safetensors -o weights/map-reliability.safetensors
+
+Sixteen units of tanh on the inputs, and a weight for each; the same seed and cells give the same file on the same machine. A true
+obstacle weighs 1. A free cell weighs what it costs the map when it is called an obstacle: the truly free cells that inflation would
+block around it (`blocks`), so that a cell right before a wall costs little and one in a passage much. `--shift` moves the threshold
+after training; `limpid eval --frontier` with `learned_weights: FILE` shows what the map makes of it."""
+
+import argparse
+import pathlib
+
+import numpy as np
+from safetensors import safe_open
+from safetensors.numpy import load_file, save_file
+
+# Free cells that a false obstacle blocks for a weight of 1, and what one that blocks none weighs.
+BLOCKED_FOR_ONE = 20.0
+LEAST_WEIGHT = 0.05
+
+
+class Cells:
+    """The columns of cell files, one after the other; recordings by name."""
+
+    def __init__(self, paths):
+        files = [(load_file(path), metadata(path)) for path in paths]
+        self.names = files[0][1]["inputs"]
+        self.x = np.concatenate([columns["inputs"] for columns, _ in files]).astype(np.float64)
+        self.solid = np.concatenate([columns["solid"] for columns, _ in files]).astype(float)
+        self.blocks = np.concatenate([columns["blocks"] for columns, _ in files]).astype(float)
+        self.recording = np.concatenate([np.array(meta["recordings"].split(","))[columns["recording"]] for columns, meta in files])
+
+    def weight(self):
+        return np.where(self.solid > 0, 1.0, LEAST_WEIGHT + self.blocks / BLOCKED_FOR_ONE)
+
+
+def metadata(path):
+    with safe_open(path, "np") as file:
+        return file.metadata()
+
+
+def fit(cells, hidden, steps, seed, batch=4096, rate=4e-3, decay=1e-4):
+    """inner (hidden x inputs + 1), outer (hidden) and bias of units of tanh: Adam on weighted cross entropy, half a cosine."""
+    random = np.random.default_rng(seed)
+    mean, deviation = cells.x.mean(0), np.maximum(cells.x.std(0), 1e-6)
+    design, weight = (cells.x - mean) / deviation, cells.weight()
+    weight /= weight.mean()
+    inputs = design.shape[1]
+    state = [random.normal(0, inputs**-0.5, (inputs, hidden)), np.zeros(hidden), random.normal(0, 0.1, hidden), np.zeros(1)]
+    first, second = [0 * part for part in state], [0 * part for part in state]
+    for step in range(1, steps + 1):
+        picked = random.integers(0, len(design), batch)
+        units = np.tanh(design[picked] @ state[0] + state[1])
+        error = (1 / (1 + np.exp(-units @ state[2] - state[3])) - cells.solid[picked]) * weight[picked] / batch
+        back = np.outer(error, state[2]) * (1 - units**2)
+        slopes = [design[picked].T @ back, back.sum(0), units.T @ error, error.sum(keepdims=True)]
+        for part, slope in enumerate(slopes):
+            first[part] = 0.9 * first[part] + 0.1 * slope
+            second[part] = 0.999 * second[part] + 0.001 * slope**2
+            along = first[part] / (1 - 0.9**step) / (np.sqrt(second[part] / (1 - 0.999**step)) + 1e-8)
+            state[part] = state[part] - 0.5 * rate * (1 + np.cos(np.pi * step / steps)) * (along + decay * state[part])
+    inner = state[0] / deviation[:, None]
+    inner = np.vstack([inner, state[1] - mean @ inner]).T
+    return {"inner": inner, "outer": state[2], "bias": state[3]}
+
+
+def logit(model, cells):
+    """What a model makes of cells: an obstacle from 0 on."""
+    inner = model["inner"].astype(np.float64)
+    return np.tanh(cells.x @ inner[:, :-1].T + inner[:, -1]) @ model["outer"].astype(np.float64) + float(model["bias"][0])
+
+
+def table(cells, value, biases):
+    """Of the judged cells, by level: obstacles found, and cells blocked by false obstacles a thousand judged cells."""
+    level = np.array([next((part for part in name.split("-") if part in ("L0", "L1", "L2")), "?") for name in cells.recording])
+    print("| bias | " + " | ".join(f"{name} found, blocked" for name in sorted(set(level))) + " |")
+    print("|---" * (1 + len(set(level))) + "|")
+    for bias in biases:
+        called = value + bias >= 0
+        of = [(called[level == name], cells.solid[level == name] > 0, cells.blocks[level == name]) for name in sorted(set(level))]
+        row = [f"{c[s].mean():.3f}, {1000 * (b * c)[~s].sum() / len(s) / 100:.2f}" for c, s, b in of]
+        print(f"| {bias:+.2f} | " + " | ".join(row) + " |")
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("cells", nargs="+", type=pathlib.Path)
+    parser.add_argument("--validate", nargs="+", type=pathlib.Path, default=[])
+    parser.add_argument("-o", "--output", type=pathlib.Path, required=True)
+    parser.add_argument("--hidden", type=int, default=16)
+    parser.add_argument("--steps", type=int, default=8000)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--shift", type=float, default=0.0, help="added to the bias that training came to")
+    parser.add_argument("--release", type=float, default=0.5, help="how far under 0 an obstacle is given up")
+    arguments = parser.parse_args()
+    cells = Cells(arguments.cells)
+    model = fit(cells, arguments.hidden, arguments.steps, arguments.seed)
+    model["bias"] = model["bias"] + arguments.shift
+    recordings = len(set(cells.recording))
+    print(f"{len(cells.solid)} cells of {recordings} recordings, {int(cells.solid.sum())} solid")
+    if arguments.validate:
+        check = Cells(arguments.validate)
+        table(check, logit(model, check), (-2, -1, -0.5, 0, 0.5, 1, 2))
+    save_file(
+        {name: np.ascontiguousarray(part, np.float32) for name, part in model.items()},
+        arguments.output,
+        metadata={
+            "format": "map-reliability",
+            "inputs": cells.names,
+            "release": str(arguments.release),
+            "origin": f"trained by weights/train_map.py on {len(cells.solid)} cells of {recordings} simulated recordings",
+        },
+    )
+
+
+if __name__ == "__main__":
+    main()
