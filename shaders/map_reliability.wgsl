@@ -35,8 +35,10 @@ const HIDDEN = 16u;
 
 // What is left of a cell's looks after another.
 const KEPT_LOOKS = 0.9;
-// Evidence for a cell under which it is none of the obstacles, and from which it is a strong one.
+// Evidence for a cell, and looks with hits, under which it is none of the obstacles: what was seen once is none. And the evidence from
+// which it is a strong one.
 const LEAST_FOR = 0.22;
+const LEAST_HITS = 1.5;
 const STRONG_FOR = 1.75;
 // With so much evidence against it, and less than RELEASED_BY times that for it, a cell that is no obstacle is free.
 const LEAST_AGAINST = 0.002;
@@ -51,6 +53,7 @@ const TOP_WORD = 3u;
 // Cells around that count: to each side, how many that are; and along the ray, behind and before.
 const NEAR = 1;
 const WIDE = 3;
+const ACROSS = 7;
 const NEARS = 8.0;
 const WIDES = 48.0;
 const ALONG = 4;
@@ -144,24 +147,30 @@ fn log_against(evidence: f32) -> f32 {
     return log2(evidence + 0.02);
 }
 
-// What surrounds a cell, but for itself, to so many cells to each side.
-fn around(x: i32, y: i32, reach: i32) -> Around {
-    var sum = Around(vec2(0.0), 0.0, 0.0);
-    for (var dy = -reach; dy <= reach; dy++) {
-        for (var dx = -reach; dx <= reach; dx++) {
-            if dx != 0 || dy != 0 {
-                sum = with_cell(sum, evidence_at(x + dx, y + dy));
-            }
+// What surrounds a cell, but for itself, within NEAR and within WIDE cells to each side.
+fn around(x: i32, y: i32) -> array<Around, 2> {
+    var near = Around(vec2(0.0), 0.0, 0.0);
+    var wide = near;
+    for (var k = 0; k < ACROSS * ACROSS; k++) {
+        let dx = k % ACROSS - WIDE;
+        let dy = k / ACROSS - WIDE;
+        let evidence = evidence_at(x + dx, y + dy);
+        let far = max(abs(dx), abs(dy));
+        if far > 0 {
+            wide = with_cell(wide, evidence);
+        }
+        if far > 0 && far <= NEAR {
+            near = with_cell(near, evidence);
         }
     }
-    return sum;
+    return array(near, wide);
 }
 
 // Most evidence along the ray through a cell: for at one or two cells behind it, at three or four; for before it; against behind it.
 fn along(x: i32, y: i32, ray: vec2<f32>) -> vec4<f32> {
     let middle = vec2(f32(x), f32(y)) + 0.5;
     var most = vec4(0.0);
-    for (var k = 1; k <= ALONG; k++) {
+    for (var k = 1; k < ALONG + 1; k++) {
         let there = vec2<i32>(floor(middle + ray * f32(k)));
         let here = vec2<i32>(floor(middle - ray * f32(k)));
         let behind = evidence_at(there.x, there.y);
@@ -173,8 +182,9 @@ fn along(x: i32, y: i32, ray: vec2<f32>) -> vec4<f32> {
 }
 
 fn inputs_of(x: i32, y: i32, slot: u32, looks: Looks) -> array<f32, INPUTS> {
-    let near = around(x, y, NEAR);
-    let wide = around(x, y, WIDE);
+    let both = around(x, y);
+    let near = both[0];
+    let wide = both[1];
     let offset = offset_of(x, y);
     let distance_m = max(length(offset), NEAREST_M);
     let ray = along(x, y, offset / distance_m);
@@ -218,7 +228,8 @@ fn is_obstacle(x: i32, y: i32, slot: u32, i: u32, looks: Looks) -> bool {
             map_reliability_inputs[INPUTS * i + k] = inputs[k];
         }
     }
-    return logit(&inputs) >= select(0.0, -map_reliability_params.release, looks.obstacle);
+    let least = select(0.0, -map_reliability_params.release, looks.obstacle);
+    return looks.hit >= LEAST_HITS && logit(&inputs) >= least;
 }
 
 @compute @workgroup_size(16, 4)
@@ -228,8 +239,10 @@ fn map_reliability(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let i = id.y * side + id.x;
-    for (var k = 0u; keep_inputs && k < INPUTS; k++) {
-        map_reliability_inputs[INPUTS * i + k] = 0.0;
+    if keep_inputs {
+        for (var k = 0u; k < INPUTS; k++) {
+            map_reliability_inputs[INPUTS * i + k] = 0.0;
+        }
     }
     if (state[i] & (WAS_HIT | WAS_SEEN_THROUGH)) == 0u {
         return;

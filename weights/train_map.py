@@ -5,7 +5,7 @@
 
 Sixteen units of tanh on the inputs, and a weight for each; the same seed and cells give the same file on the same machine. A true
 obstacle weighs 1. A free cell weighs what it costs the map when it is called an obstacle: the truly free cells that inflation would
-block around it (`blocks`), so that a cell right before a wall costs little and one in a passage much. `--shift` moves the threshold
+block around it (`blocks`), so that a cell right before a wall costs little and one in a passage much; cells that people come into or leave weigh CHANGING times as much. `--shift` moves the threshold
 after training; `limpid eval --frontier` with `learned_weights: FILE` shows what the map makes of it."""
 
 import argparse
@@ -18,6 +18,8 @@ from safetensors.numpy import load_file, save_file
 # Free cells that a false obstacle blocks for a weight of 1, and what one that blocks none weighs.
 BLOCKED_FOR_ONE = 20.0
 LEAST_WEIGHT = 0.05
+# How much more cells weigh that people come into and leave: they are few.
+CHANGING = 8.0
 
 
 class Cells:
@@ -28,11 +30,12 @@ class Cells:
         self.names = files[0][1]["inputs"]
         self.x = np.concatenate([columns["inputs"] for columns, _ in files]).astype(np.float64)
         self.solid = np.concatenate([columns["solid"] for columns, _ in files]).astype(float)
+        self.changes = np.concatenate([columns["changes"] for columns, _ in files]) > 0
         self.blocks = np.concatenate([columns["blocks"] for columns, _ in files]).astype(float)
         self.recording = np.concatenate([np.array(meta["recordings"].split(","))[columns["recording"]] for columns, meta in files])
 
     def weight(self):
-        return np.where(self.solid > 0, 1.0, LEAST_WEIGHT + self.blocks / BLOCKED_FOR_ONE)
+        return np.where(self.solid > 0, 1.0, LEAST_WEIGHT + self.blocks / BLOCKED_FOR_ONE) * np.where(self.changes, CHANGING, 1.0)
 
 
 def metadata(path):

@@ -168,7 +168,12 @@ fn twin_of_random_cells_at_edge_sizes() {
     for (side, timed) in [(1, false), (7, false), (16, true), (33, false)] {
         let mut random = Random(60 + u64::from(side));
         let cells: Vec<Cell> = (0..side * side).map(|_| random_cell(&mut random)).collect();
-        let out = run(side, 100, timed, &cells, &network(0.3));
+        // At which half of the cells that the network is asked for are obstacles.
+        let asked = (0..cells.len()).filter_map(|i| twin(&cells, side, 100, timed, i));
+        let mut sums: Vec<f64> = asked.map(|inputs| logit(&inputs, &network(0.0))).collect();
+        sums.sort_by(f64::total_cmp);
+        let network = network(-sums.get(sums.len() / 2).copied().unwrap_or(0.0) as f32);
+        let out = run(side, 100, timed, &cells, &network);
         let (got, states) = (out.floats("map_reliability_inputs"), out.words("state"));
         let mut found = [0; 3];
         for (i, cell) in cells.iter().enumerate() {
@@ -187,7 +192,16 @@ fn twin_of_random_cells_at_edge_sizes() {
                     SINGLE,
                 );
             }
-            let sum = want.map(|inputs| logit(&inputs, &network(0.3)));
+            let sum = want.map(|inputs| logit(&inputs, &network));
+            let hit = cell.seen.is_some_and(|look| look.hits.is_some());
+            let counts =
+                if timed && cell.looks.all > 0.0 { f64::from(100 - cell.last_tick) * 0.3 } else { 1.0 };
+            let left = 0.9_f64.powf(counts.min(1.0));
+            let hits = left * cell.looks.hit + if hit { (1.0 - left) / 0.1 } else { 0.0 };
+            if (hits - 1.5).abs() < 1e-3 {
+                continue;
+            }
+            let sum = sum.filter(|_| hits >= 1.5);
             let least = if cell.was_obstacle { -0.5 } else { 0.0 };
             let margin = sum.map_or(1.0, |sum| (sum - least).abs());
             let free = cell.evidence[1] >= 0.002 && cell.evidence[0] < 1.75 * cell.evidence[1];
@@ -207,15 +221,16 @@ fn truth_what_is_kept_of_looks_and_how_obstacles_are_given_up() {
     if skipped() {
         return;
     }
-    let sure = Look { hits: Some((20.0, 20.0)), share: 0.25, floor: false };
-    let cell = Cell { evidence: [2.0, 1.0], seen: Some(sure), ..Cell::default() };
+    let sure = Look { hits: Some((60.0, 60.0)), share: 0.25, floor: false };
+    let looks = Looks { hit: 1.0, strength: 1.0, reliability: 1.0, all: 1.0, ..Looks::default() };
+    let cell = Cell { evidence: [2.0, 1.0], looks, last_tick: 90, seen: Some(sure), ..Cell::default() };
     let of = |cell: Cell, bias: f32| {
         let out = run(1, 100, false, &[cell], &MapReliability { outer: vec![0.0; HIDDEN], ..network(bias) });
         (out.words("state")[0] & 3, out.floats("cell_looks"), out.words("cells").to_vec())
     };
     let (state, looks, cells) = of(cell, 0.1);
     assert_eq!(state, OCCUPIED);
-    assert_close("looks", &looks[..6], &[1.0, 0.25, 1.0, 1.0, 0.0, 1.0], SINGLE);
+    assert_close("looks", &looks[..6], &[1.9, 0.25, 1.9, 1.9, 0.0, 1.9], SINGLE);
     assert_eq!((looks[6].to_bits(), looks[7]), (100, 1.0));
     assert_eq!(cells, [2.0_f32.to_bits(), 0x500 | OCCUPIED, 1.0_f32.to_bits(), 0], "evidence stays");
     // Under 0 a new cell is none; one that was an obstacle stays one until `release` under 0.
@@ -224,6 +239,8 @@ fn truth_what_is_kept_of_looks_and_how_obstacles_are_given_up() {
     // Free where what is against it outweighs what is for it; with next to nothing for it the network is not asked.
     let against = Cell { evidence: [2.0, 1.2], ..cell };
     assert_eq!(of(against, -0.6).0, 1);
+    let once = Cell { looks: Looks::default(), ..cell };
+    assert_eq!(of(once, 5.0).0, 0, "seen once");
     let faint = Cell { evidence: [0.21, 0.0], was_obstacle: true, ..cell };
     assert_eq!(of(faint, 5.0).0, 0);
 }

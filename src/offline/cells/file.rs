@@ -18,6 +18,7 @@ use crate::stage::camera::map_reliability::INPUTS;
 /// | `inputs` | n x 22 | F32: what map reliability judges by |
 /// | `solid` | n | U8: 1 where something solid stands, else nothing does |
 /// | `blocks` | n | U16: see [`Cell`] |
+/// | `changes` | n | U8: see [`Cell`] |
 /// | `frame` | n | U16 |
 /// | `recording` | n | U16: number of the name in the metadata |
 #[derive(Debug, Default)]
@@ -26,6 +27,7 @@ pub struct CellFile {
     inputs: Vec<f32>,
     solid: Vec<u8>,
     blocks: Vec<u16>,
+    changes: Vec<u8>,
     frame: Vec<u16>,
     recording: Vec<u16>,
 }
@@ -39,6 +41,7 @@ impl CellFile {
             self.inputs.extend(&cell.inputs);
             self.solid.push(u8::from(cell.solid));
             self.blocks.push(cell.blocks);
+            self.changes.push(u8::from(cell.changes));
             self.frame.push(cell.frame);
             self.recording.push(number);
         }
@@ -64,6 +67,7 @@ impl CellFile {
             ("inputs", TensorView::new(Dtype::F32, vec![count, INPUTS.len()], inputs).map_err(bad)?),
             ("solid", column(Dtype::U8, &self.solid)?),
             ("blocks", column(Dtype::U16, words(&self.blocks))?),
+            ("changes", column(Dtype::U8, &self.changes)?),
             ("frame", column(Dtype::U16, words(&self.frame))?),
             ("recording", column(Dtype::U16, words(&self.recording))?),
         ];
