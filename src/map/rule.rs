@@ -15,7 +15,7 @@
 //! | 10 | none | unknown | unknown | unknown | 255 |
 //! | 11 | any verdict of free or passable whose evidence is stale | | | stale | 255 |
 //! | 12 | any verdict that is not lethal, where the ground drops away | | | drop | 254 |
-//! | 13 | unknown, stale, or free by a camera, between two cells occupied by cameras that face each other (`fusion: evidence`) | | | bridged | 254 |
+//! | 13 | unknown, stale, or free by a camera, between two cells occupied by cameras that face each other (`fusion: evidence` and `learned`) | | | bridged | 254 |
 //!
 //! With `lidar_clears_camera: never` row 5 never applies.
 
@@ -333,7 +333,7 @@ pub fn rule_markdown() -> String {
             ),
             BRIDGED_ROW => writeln!(
                 text,
-                "| {BRIDGED_ROW} | unknown, stale, or free by a camera, between two cells occupied by cameras that face each other (`fusion: evidence`) | | | {verdict} | {cost} |"
+                "| {BRIDGED_ROW} | unknown, stale, or free by a camera, between two cells occupied by cameras that face each other (`fusion: evidence` and `learned`) | | | {verdict} | {cost} |"
             ),
             number => writeln!(text, "| {number} | {panes} | {lidar} | {camera} | {verdict} | {cost} |"),
         };
