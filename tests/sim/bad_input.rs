@@ -82,6 +82,7 @@ fn impossible_materials_and_lights_are_named() {
 }
 
 #[test]
+#[expect(clippy::too_many_lines, reason = "one refusal after another, of the same vessel")]
 fn impossible_vessels_are_named() {
     fn put(scene: &mut Scene, profile_m: &[[f64; 2]]) {
         scene.materials.insert("body".into(), limpid::sim::material::Material::clear(1.5));
