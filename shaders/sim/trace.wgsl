@@ -49,6 +49,7 @@ fn reflected_light(surface: Surface, at: vec3<f32>, footprint_m: f32, shadows: b
         let shadowed = is_shadowed(start, (strongest_at - start) / reach, reach - 0.05);
         light -= select(vec4(0.0), strongest, shadowed);
     }
+    light += sunlight(at, normal);
     light.w += projected_light(at, normal);
     return albedo_at(surface.material, at, normal, footprint_m) * light + scene.emission[surface.material];
 }
@@ -94,7 +95,7 @@ fn followed(path: Path, pixel: u32, first: bool) -> Path {
     let hit = nearest_thin(nearest_hit(p.origin, p.direction), p.origin, p.direction);
     let found = hit.id != NOTHING;
     let at = p.origin + hit.t * p.direction;
-    let surface = surface_of(hit, at, p.direction);
+    let surface = crumpled(surface_of(hit, at, p.direction), at, p.direction);
     let optics = scene.optics[surface.material];
     p.travelled_m += hit.t;
     p.met_m = select(0.0, hit.t, found);
@@ -102,17 +103,20 @@ fn followed(path: Path, pixel: u32, first: bool) -> Path {
     let cosine = max(-dot(p.direction, surface.normal), 0.0);
     let one_face = select(0.0, fresnel(optics.x, cosine), optics.x > 0.0);
     let pane = optics.z > 0.0;
-    let mirrored = select(one_face, pane_reflectance(one_face), pane);
+    let bends = pane && surface.ratio != 1.0;
+    let thin = select(one_face, pane_reflectance(one_face), pane);
+    let mirrored = select(thin, interface_reflectance(surface.ratio, cosine), bends);
+    let total = bends && mirrored >= 1.0;
     let given = reflected_light(surface, at, p.travelled_m / trace_params.right.w, first);
     p.light += select(0.0, p.share * (1.0 - mirrored), found && !pane) * given;
 
-    // Where the light goes on: through a pane, along the one mirror direction, or into a lobe.
+    // Where the light goes on: through something clear, along the one mirror direction, or into a lobe.
     let reflected = p.share * mirrored;
     let onward = p.share * (1.0 - mirrored) * optics.z;
     let bounce = found && reflected > SMALLEST;
     let into_lobe = bounce && !pane && p.lobe_left == 0u && optics.y > 0.004 && p.lobe_share == 0.0;
     let mirror_direction = reflect(p.direction, surface.normal);
-    let keep = bounce && pane && p.kept_share == 0.0;
+    let keep = bounce && pane && !total && p.kept_share == 0.0;
     p.kept_origin = select(p.kept_origin, at, keep);
     p.kept_direction = select(p.kept_direction, mirror_direction, keep);
     p.kept_share = select(p.kept_share, reflected, keep);
@@ -125,9 +129,10 @@ fn followed(path: Path, pixel: u32, first: bool) -> Path {
     p.lobe_left = select(p.lobe_left, LOBE_SAMPLES, into_lobe);
 
     let through_pane = found && pane && onward > SMALLEST;
-    let mirror_on = bounce && !pane && !into_lobe;
+    let mirror_on = bounce && (!pane || total) && !into_lobe;
     p.share = select(select(0.0, reflected, mirror_on), onward, through_pane);
     p.direction = select(p.direction, mirror_direction, mirror_on);
+    p.direction = select(p.direction, refracted(path.direction, surface), through_pane && bends);
     p.origin = at;
     return with_next(p, pixel);
 }

@@ -31,6 +31,7 @@ pub(super) fn scene(scene: &Scene) -> Result<()> {
     rooms(scene)?;
     solids(scene)?;
     walkers(scene)?;
+    vessels(scene)?;
     upright(scene)?;
     thin(scene)?;
     lights(scene)?;
@@ -56,6 +57,9 @@ fn material(name: &str, material: &Material) -> Result<()> {
         ("reflectance", material.reflectance, 0.0, 1.0),
         ("roughness", material.roughness, 0.0, 1.0),
         ("transmission", material.transmission, 0.0, 1.0),
+        ("refractive_index", material.refractive_index, 1.0, 3.0),
+        ("bump", material.bump, 0.0, 2.0),
+        ("bump_scale_m", material.bump_scale_m, 1e-3, LARGEST_M),
     ])?;
     let shines = matches!(material.kind, Kind::Glossy | Kind::Glass | Kind::Mirror | Kind::Metal);
     if material.reflectance > 0.0 && !shines {
@@ -65,6 +69,9 @@ fn material(name: &str, material: &Material) -> Result<()> {
     if (material.transmission > 0.0) != (material.kind == Kind::Glass) {
         let reason = "glass transmits (more than 0), and nothing else does";
         return Err(bad(format!("{section}transmission"), reason));
+    }
+    if material.refractive_index > 1.0 && material.kind != Kind::Glass {
+        return Err(bad(format!("{section}refractive_index"), "only glass bends light"));
     }
     Ok(())
 }
@@ -84,7 +91,7 @@ fn known(scene: &Scene, key: String, name: &str) -> Result<()> {
 fn opaque(scene: &Scene, key: String, name: &str) -> Result<()> {
     known(scene, key.clone(), name)?;
     if scene.materials.get(name).is_some_and(|material| material.transmission > 0.0) {
-        return Err(bad(key, format!("`{name}` is glass, which only panes can be")));
+        return Err(bad(key, format!("`{name}` is glass, which only panes, boxes and vessels can be")));
     }
     Ok(())
 }
@@ -128,7 +135,7 @@ fn solids(scene: &Scene) -> Result<()> {
         place(&key("center_m"), &block.center_m)?;
         place(&key("yaw_rad"), &[block.yaw_rad])?;
         lengths(&key("size_m"), &block.size_m)?;
-        opaque(scene, key("material"), &block.material)?;
+        known(scene, key("material"), &block.material)?;
     }
     for (index, cylinder) in scene.cylinders.iter().enumerate() {
         let key = |field: &str| format!("cylinders[{index}].{field}");
@@ -136,6 +143,20 @@ fn solids(scene: &Scene) -> Result<()> {
         lengths(&key("radius_m"), &[cylinder.radius_m])?;
         lengths(&key("height_m"), &[cylinder.height_m])?;
         opaque(scene, key("material"), &cylinder.material)?;
+    }
+    Ok(())
+}
+
+fn vessels(scene: &Scene) -> Result<()> {
+    for (index, vessel) in scene.vessels.iter().enumerate() {
+        let section = format!("vessels[{index}].");
+        let key = |field: &str| format!("{section}{field}");
+        place(&key("base_m"), &vessel.base_m)?;
+        known(scene, key("material"), &vessel.material)?;
+        if let Some(contents) = &vessel.contents {
+            known(scene, key("contents"), contents)?;
+        }
+        vessel.check(scene, &section)?;
     }
     Ok(())
 }
@@ -213,6 +234,15 @@ fn thin(scene: &Scene) -> Result<()> {
 
 fn lights(scene: &Scene) -> Result<()> {
     light("ambient.", scene.ambient.color, scene.ambient.infrared)?;
+    if let Some(sun) = &scene.sun {
+        let checks = Checks { section: "sun." };
+        let upright = std::f64::consts::FRAC_PI_2;
+        checks.within(&[
+            ("yaw_rad", sun.yaw_rad, -LARGEST_M, LARGEST_M),
+            ("elevation_rad", sun.elevation_rad, 0.01, upright),
+        ])?;
+        light("sun.", sun.color, sun.infrared)?;
+    }
     for (index, Lamp { center_m, size_m, color, infrared }) in scene.lamps.iter().enumerate() {
         let key = |field: &str| format!("lamps[{index}].{field}");
         place(&key("center_m"), center_m)?;
@@ -231,18 +261,21 @@ fn light(section: &str, color: [f64; 3], infrared: f64) -> Result<()> {
 fn counts(scene: &Scene) -> Result<()> {
     let quads = walls(scene).len() + scene.panes.len() + scene.lamps.len() + scene.windows.len();
     let lamps = scene.lamps.len() + scene.windows.len();
+    let frustums = scene.vessels.iter().map(|vessel| vessel.frustums(scene).len()).sum();
     for (key, count, most) in [
         ("materials", scene.materials.len() + lamps, pack::MATERIALS),
         ("panes", quads, pack::QUADS),
         ("boxes", scene.boxes.len(), pack::BOXES),
         ("cylinders", scene.cylinders.len() + scene.walkers.len(), pack::CYLINDERS),
         ("lamps", lamps, pack::LIGHTS),
+        ("vessels", scene.vessels.len(), pack::VESSELS),
+        ("vessels", frustums, pack::FRUSTUMS),
         ("curtains", scene.curtains.len(), pack::CURTAINS),
         ("thickets", scene.thickets.len(), pack::THICKETS),
     ] {
         if count > most {
             let reason = format!(
-                "{count} are too many, {most} fit (lights count as materials and panes, walls as panes, people as cylinders)"
+                "{count} are too many, {most} fit (lights count as materials and panes, walls as panes, people as cylinders, pieces of an outline as vessels)"
             );
             return Err(bad(key, reason));
         }

@@ -2,12 +2,14 @@
 
 use glam::DVec3;
 
-/// The three kinds of solids that shaders keep in tables.
+/// The kinds of solids that shaders keep in tables.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Table {
     Quad,
     Box,
     Cylinder,
+    /// A vessel is a group of its own.
+    Vessel,
 }
 
 /// A solid by its bounds.

@@ -91,6 +91,13 @@ pub(crate) fn footprints(scene: &Scene) -> Vec<Footprint> {
         let glass = is_glass(&cylinder.material);
         all.push(Footprint { glass, ..standing(cylinder, format!("cylinders[{index}]")) });
     }
+    for (index, vessel) in scene.vessels.iter().enumerate() {
+        let [x, y, _] = vessel.base_m;
+        let shape = Shape::Disc(DVec2::new(x, y), vessel.radius_m());
+        let key = format!("vessels[{index}]");
+        let glass = is_glass(&vessel.material);
+        all.push(Footprint { glass, ..Footprint::solid(shape, vessel.span_m(), key) });
+    }
     for (index, pane) in scene.panes.iter().enumerate() {
         let (shape, span_m) = upright_plane(pane.center_m, [pane.width_m, pane.height_m], pane.yaw_rad);
         let glass = is_glass(&pane.material);

@@ -12,7 +12,7 @@ pub enum Kind {
     Textured,
     /// A matt base under a clear coat that reflects by Fresnel's law: 3.
     Glossy,
-    /// A thin pane that transmits and reflects: 4.
+    /// Clear: it transmits and reflects: 4.
     Glass,
     /// Reflects nearly everything: 5.
     Mirror,
@@ -65,6 +65,8 @@ pub enum Pattern {
     Clouds,
     /// Stripes of two colours.
     Stripes,
+    /// Rectangles, each of a colour of its own between the two: labels, wrappings, books.
+    Patches,
 }
 
 impl Pattern {
@@ -77,6 +79,7 @@ impl Pattern {
             Self::Planks => 3,
             Self::Clouds => 4,
             Self::Stripes => 5,
+            Self::Patches => 6,
         }
     }
 }
@@ -105,6 +108,33 @@ pub struct Material {
     pub roughness: f64,
     /// Glass: share of what is not reflected that passes.
     pub transmission: f64,
+    /// Glass: refractive index of a box or vessel of it; 1: a thin wall, which light passes straight.
+    #[serde(skip_serializing_if = "is_thin")]
+    pub refractive_index: f64,
+    /// Deviation of the slopes of a crumpled surface, which its mirror images follow; 0: smooth.
+    #[serde(skip_serializing_if = "is_smooth")]
+    pub bump: f64,
+    /// Size of the crumples, metres.
+    #[serde(skip_serializing_if = "is_usual")]
+    pub bump_scale_m: f64,
+}
+
+/// Size of crumples where none is stated, metres.
+const BUMP_SCALE_M: f64 = 0.01;
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "as serde calls it")]
+fn is_thin(index: &f64) -> bool {
+    *index == 1.0
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "as serde calls it")]
+fn is_smooth(bump: &f64) -> bool {
+    *bump == 0.0
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "as serde calls it")]
+fn is_usual(scale_m: &f64) -> bool {
+    *scale_m == BUMP_SCALE_M
 }
 
 impl Default for Material {
@@ -120,6 +150,9 @@ impl Default for Material {
             reflectance: 0.0,
             roughness: 0.0,
             transmission: 0.0,
+            refractive_index: 1.0,
+            bump: 0.0,
+            bump_scale_m: BUMP_SCALE_M,
         }
     }
 }
@@ -140,6 +173,16 @@ impl Material {
             transmission: 0.95,
             ..Self::default()
         }
+    }
+
+    /// Clear material that fills the body it is the surface of: solid glass, plastic, water.
+    pub fn clear(refractive_index: f64) -> Self {
+        Self { refractive_index, transmission: 1.0, ..Self::glass() }
+    }
+
+    /// Crumpled metal foil.
+    pub fn foil() -> Self {
+        Self { reflectance: 0.85, roughness: 0.02, bump: 0.25, bump_scale_m: 0.012, ..Self::metal() }
     }
 
     /// A mirror.

@@ -6,6 +6,7 @@ use glam::{DVec2, DVec3, UVec4, Vec4};
 use super::cluster::{Item, Table, bounds, clusters};
 use super::material::{Kind, Material};
 use super::scene::{Outline, Pane, Scene};
+use super::vessel::Frustum;
 use super::walls::{Wall, walls};
 use crate::stage::single;
 
@@ -23,6 +24,10 @@ pub(crate) const MATERIALS: usize = 32;
 pub(crate) const CURTAINS: usize = 8;
 /// Thickets that fit.
 pub(crate) const THICKETS: usize = 24;
+/// Vessels that fit.
+pub(crate) const VESSELS: usize = 12;
+/// Pieces of their surfaces that fit.
+pub(crate) const FRUSTUMS: usize = 56;
 
 /// Height of the ceiling where there is none, metres.
 const SKY_M: f64 = 1e8;
@@ -62,7 +67,7 @@ crate::params! {
         pub cluster_low: [Vec4; 48],
         /// Its greatest corner.
         pub cluster_high: [Vec4; 48],
-        /// Its rectangles, boxes and cylinders.
+        /// Its rectangles, boxes, cylinders and pieces of a vessel.
         pub cluster_range: [UVec4; 48],
         /// Centre of each light and its area over pi.
         pub light_place: [Vec4; 16],
@@ -74,7 +79,7 @@ crate::params! {
         pub albedo: [Vec4; 32],
         /// Of its pattern.
         pub pattern_albedo: [Vec4; 32],
-        /// Kind and scale of its pattern.
+        /// Kind and scale of its pattern; its crumples.
         pub pattern: [Vec4; 32],
         /// Reflectance, roughness, transmission, kind.
         pub optics: [Vec4; 32],
@@ -94,6 +99,14 @@ crate::params! {
         pub thicket_half: [Vec4; 24],
         /// Extinction, width of elements, material, outline.
         pub thicket_look: [Vec4; 24],
+        /// Place and radii of each piece of a vessel.
+        pub frustum_axis: [Vec4; 56],
+        /// Its heights, refractive indices, material, and which side the body is on.
+        pub frustum_look: [UVec4; 56],
+        /// Towards the sun, and whether it shines.
+        pub sun_direction: Vec4,
+        /// r, g, b, infrared.
+        pub sun_radiance: Vec4,
     }
 }
 
@@ -155,6 +168,7 @@ impl SimScene {
         packed.put_lights(scene, &mut quads);
         packed.put_clusters(scene, &quads);
         packed.put_thin(scene);
+        packed.put_sun(scene);
         packed
     }
 
@@ -184,36 +198,61 @@ impl SimScene {
     fn put_material(&mut self, slot: usize, material: &Material) {
         self.albedo[slot] = light_of(material.albedo, material.albedo_ir);
         self.pattern_albedo[slot] = light_of(material.pattern_albedo, material.pattern_albedo_ir);
-        self.pattern[slot] = vec4(f64::from(material.pattern.code()), material.pattern_scale_m, 0.0, 0.0);
+        let pattern = f64::from(material.pattern.code());
+        self.pattern[slot] = vec4(pattern, material.pattern_scale_m, material.bump, material.bump_scale_m);
         let kind = f64::from(material.kind.code());
         self.optics[slot] = vec4(material.reflectance, material.roughness, material.transmission, kind);
     }
 
     /// Puts everything into the tables, cluster by cluster.
     fn put_clusters(&mut self, scene: &Scene, quads: &[Quad]) {
-        let mut next = [0_usize; 3];
-        for mut cluster in clusters(items(scene, quads)) {
+        let mut next = [0_usize; 4];
+        let alone = vessels(scene).map(|vessel| vec![vessel]);
+        for mut cluster in clusters(items(scene, quads)).into_iter().chain(alone) {
             cluster.sort_by_key(|item| !item.casts);
             let index = self.counts.y as usize;
             let (low, high) = bounds(&cluster);
             self.cluster_low[index] = vec4(low.x, low.y, low.z, 0.0);
             self.cluster_high[index] = vec4(high.x, high.y, high.z, 0.0);
             let first = next;
+            let mut range = UVec4::ZERO;
             for item in &cluster {
                 let slot = &mut next[item.table as usize];
                 match item.table {
                     Table::Quad => self.put_quad(*slot, &quads[item.index]),
                     Table::Box => self.put_box(*slot, scene, item.index),
                     Table::Cylinder => self.put_cylinder(*slot, scene, item.index),
+                    Table::Vessel => range.w = self.put_vessel(slot, scene, item),
                 }
-                *slot += 1;
+                *slot += usize::from(item.table != Table::Vessel);
             }
-            let casting = cluster.iter().filter(|item| item.table == Table::Quad && item.casts).count();
-            let range = [0, 1, 2].map(|table| count(first[table] | (next[table] << 8)));
-            let shadows = count((first[0] + casting) << 16);
-            self.cluster_range[index] = UVec4::new(range[0] | shadows, range[1], range[2], 0);
+            for table in 0..3 {
+                let casts = cluster.iter().filter(|item| item.table as usize == table && item.casts).count();
+                let shadows = if table < 2 { count((first[table] + casts) << 16) } else { 0 };
+                range[table] = count(first[table] | (next[table] << 8)) | shadows;
+            }
+            self.cluster_range[index] = range;
             self.counts.y += 1;
         }
+    }
+
+    /// Puts a vessel's cones and then its discs from `slot` on; their range as the shader has it.
+    fn put_vessel(&mut self, slot: &mut usize, scene: &Scene, item: &Item) -> u32 {
+        let vessel = &scene.vessels[item.index];
+        let (discs, cones): (Vec<_>, Vec<_>) = vessel.frustums(scene).into_iter().partition(Frustum::is_disc);
+        let (first, cones_end, end) = (*slot, *slot + cones.len(), *slot + cones.len() + discs.len());
+        for frustum in cones.into_iter().chain(discs) {
+            let [x, y, z] = vessel.base_m;
+            let ([low_r, low], [high_r, high]) = (frustum.low_m, frustum.high_m);
+            self.frustum_axis[*slot] = vec4(x, y, low_r, high_r);
+            let [low, high] = [z + low, z + high].map(|height| single(height).to_bits());
+            let [body, around] = frustum.indices.map(fixed_point);
+            let away = if frustum.facing < 0.0 { 256 } else { 0 };
+            let material = self::slot(scene, &frustum.material) + away;
+            self.frustum_look[*slot] = UVec4::new(low, high, body | (around << 16), material);
+            *slot += 1;
+        }
+        count(first | (cones_end << 8) | (end << 16) | (usize::from(item.casts) << 24))
     }
 
     fn put_quad(&mut self, index: usize, quad: &Quad) {
@@ -228,7 +267,10 @@ impl SimScene {
         let (sine, cosine) = block.yaw_rad.sin_cos();
         self.box_center[index] = vec4(x, y, z, cosine);
         self.box_half[index] = vec4(half.x, half.y, half.z, sine);
-        self.box_material[index] = UVec4::new(slot(scene, &block.material), 0, 0, 0);
+        let clear = u32::from(!casts(scene, &block.material));
+        let refractive_index = scene.materials.get(&block.material).map_or(1.0, |m| m.refractive_index);
+        let bits = single(refractive_index).to_bits();
+        self.box_material[index] = UVec4::new(slot(scene, &block.material), clear, bits, 0);
     }
 
     fn put_cylinder(&mut self, index: usize, scene: &Scene, number: usize) {
@@ -237,6 +279,14 @@ impl SimScene {
         self.cylinder_axis[index] = vec4(x, y, cylinder.radius_m, 0.0);
         self.cylinder_span[index] = vec4(z, z + cylinder.height_m, 0.0, 0.0);
         self.cylinder_material[index] = UVec4::new(slot(scene, &cylinder.material), 0, 0, 0);
+    }
+
+    fn put_sun(&mut self, scene: &Scene) {
+        if let Some(sun) = &scene.sun {
+            let level = DVec2::from_angle(sun.yaw_rad) * sun.elevation_rad.cos();
+            self.sun_direction = vec4(level.x, level.y, sun.elevation_rad.sin(), 1.0);
+            self.sun_radiance = light_of(sun.color, sun.infrared);
+        }
     }
 
     fn put_lights(&mut self, scene: &Scene, quads: &mut Vec<Quad>) {
@@ -276,13 +326,29 @@ fn walls_and_panes(scene: &Scene) -> Vec<Quad> {
     };
     let pane = |pane: &Pane| Quad {
         material: slot(scene, &pane.material),
-        casts: scene.materials.get(&pane.material).is_some_and(|material| material.transmission == 0.0),
+        casts: casts(scene, &pane.material),
         ..Quad::upright(pane.center_m, pane.width_m, pane.height_m, pane.yaw_rad)
     };
     walls(scene).into_iter().map(wall).chain(scene.panes.iter().map(pane)).collect()
 }
 
-/// Everything that rays may meet, by its bounds.
+/// Whether something of a material casts shadows: anything but glass.
+fn casts(scene: &Scene, material: &str) -> bool {
+    scene.materials.get(material).is_some_and(|material| material.transmission == 0.0)
+}
+
+/// The vessels by their bounds.
+fn vessels(scene: &Scene) -> impl Iterator<Item = Item> {
+    scene.vessels.iter().enumerate().map(|(index, vessel)| {
+        let ([x, y, _], [bottom, top]) = (vessel.base_m, vessel.span_m());
+        let reach = DVec2::splat(vessel.radius_m());
+        let low = (DVec2::new(x, y) - reach).extend(bottom);
+        let high = (DVec2::new(x, y) + reach).extend(top);
+        Item { table: Table::Vessel, index, casts: casts(scene, &vessel.material), low, high }
+    })
+}
+
+/// Everything else that rays may meet, by its bounds.
 fn items(scene: &Scene, quads: &[Quad]) -> Vec<Item> {
     let item = |table, index, casts, center: DVec3, reach: DVec3| Item {
         table,
@@ -298,7 +364,7 @@ fn items(scene: &Scene, quads: &[Quad]) -> Vec<Item> {
         let (sine, cosine) = block.yaw_rad.sin_cos();
         let (s, c) = (sine.abs(), cosine.abs());
         let reach = DVec3::new(c * half.x + s * half.y, s * half.x + c * half.y, half.z);
-        item(Table::Box, i, true, DVec3::from_array(block.center_m), reach)
+        item(Table::Box, i, casts(scene, &block.material), DVec3::from_array(block.center_m), reach)
     });
     let cylinders = scene.cylinders.iter().enumerate().map(|(i, cylinder)| {
         let reach = DVec3::new(cylinder.radius_m, cylinder.radius_m, cylinder.height_m / 2.0);
@@ -306,6 +372,12 @@ fn items(scene: &Scene, quads: &[Quad]) -> Vec<Item> {
         item(Table::Cylinder, i, true, center, reach)
     });
     quads.chain(boxes).chain(cylinders).collect()
+}
+
+/// A refractive index below 4 in 1/16384.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "in 0..65536")]
+fn fixed_point(index: f64) -> u32 {
+    (index * 16384.0).round().clamp(0.0, 65535.0) as u32
 }
 
 fn light_of([r, g, b]: [f64; 3], infrared: f64) -> Vec4 {

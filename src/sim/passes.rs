@@ -14,6 +14,9 @@ pub const SHADE_LIBRARY: &str = include_str!("../../shaders/lib/sim/shade.wgsl")
 /// Thickets and curtains.
 pub const THIN_LIBRARY: &str = include_str!("../../shaders/lib/sim/thin.wgsl");
 
+/// Sunlight.
+pub const SUN_LIBRARY: &str = include_str!("../../shaders/lib/sim/sun.wgsl");
+
 /// Rays through the scene.
 pub const TRACE: ShaderSource = ShaderSource {
     name: "sim/trace",
@@ -22,6 +25,7 @@ pub const TRACE: ShaderSource = ShaderSource {
         RANDOM_LIBRARY,
         SHADE_LIBRARY,
         THIN_LIBRARY,
+        SUN_LIBRARY,
         include_str!("../../shaders/sim/trace.wgsl"),
     ],
 };

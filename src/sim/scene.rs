@@ -10,6 +10,8 @@ use super::check;
 use super::lidar::Lidar;
 use super::material::Material;
 use super::settings::{Camera, Imager, Matcher};
+use super::sun::Sun;
+use super::vessel::Vessel;
 use super::walker::Walker;
 use crate::base::{Error, Result, plain};
 
@@ -262,6 +264,9 @@ pub struct Scene {
     /// People.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub walkers: Vec<Walker>,
+    /// Bottles, bowls, glasses.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub vessels: Vec<Vessel>,
     /// Panes, mirrors, pictures.
     #[serde(default)]
     pub panes: Vec<Pane>,
@@ -277,6 +282,9 @@ pub struct Scene {
     /// Windows.
     #[serde(default)]
     pub windows: Vec<Window>,
+    /// The sun, where it shines in.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sun: Option<Sun>,
     /// Light from everywhere.
     #[serde(default)]
     pub ambient: Ambient,

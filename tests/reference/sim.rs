@@ -28,6 +28,11 @@ pub(crate) fn nearest_hit(scene: &Scene, origin: DVec3, direction: DVec3) -> Opt
     for c in &scene.cylinders {
         hits.push(cylinder(origin - DVec3::from(c.base_m), direction, c.radius_m, c.height_m));
     }
+    for vessel in &scene.vessels {
+        let local = origin - DVec3::from(vessel.base_m);
+        let pieces = vessel.profile_m.windows(2);
+        hits.extend(pieces.flat_map(|ends| frustum(local, direction, ends[0], ends[1])).map(Some));
+    }
     for pane in &scene.panes {
         let normal = DVec2::from_angle(pane.yaw_rad).extend(0.0);
         let center = DVec3::from(pane.center_m);
@@ -72,4 +77,23 @@ fn cylinder(o: DVec3, d: DVec3, radius: f64, height: f64) -> Option<(f64, DVec3)
     let side = (root > 0.0 && t > 0.0 && (0.0..=height).contains(&p.z))
         .then(|| (t, (p.truncate() / radius).extend(0.0)));
     caps.chain(side).min_by(|a, b| a.0.total_cmp(&b.0))
+}
+
+/// Both places where a ray's line meets the surface of revolution of a straight piece of outline.
+fn frustum(o: DVec3, d: DVec3, [r0, z0]: [f64; 2], [r1, z1]: [f64; 2]) -> Vec<(f64, DVec3)> {
+    if z0 == z1 {
+        let (least, most) = (r0.min(r1), r0.max(r1));
+        let on = |p: DVec3| (least..=most).contains(&p.truncate().length());
+        return plane(o, d, DVec3::Z * z0, DVec3::Z, on).into_iter().collect();
+    }
+    let k = (r1 - r0) / (z1 - z0);
+    let radius = |z: f64| r0 + k * (z - z0);
+    let a = d.truncate().length_squared() - k * k * d.z * d.z;
+    let b = o.truncate().dot(d.truncate()) - k * radius(o.z) * d.z;
+    let c = o.truncate().length_squared() - radius(o.z).powi(2);
+    let root = (b * b - a * c).sqrt();
+    let ts = [(-b - root) / a, (-b + root) / a];
+    let on = |t: f64| (t > 1e-4).then(|| o + t * d).filter(|p| (z0.min(z1)..=z0.max(z1)).contains(&p.z));
+    let hit = |t: f64| on(t).map(|p| (t, (p.truncate().normalize().extend(-k)).normalize()));
+    ts.into_iter().filter_map(hit).collect()
 }

@@ -82,6 +82,80 @@ fn impossible_materials_and_lights_are_named() {
 }
 
 #[test]
+#[expect(clippy::too_many_lines, reason = "one refusal after another, of the same vessel")]
+fn impossible_vessels_are_named() {
+    fn put(scene: &mut Scene, profile_m: &[[f64; 2]]) {
+        scene.materials.insert("body".into(), limpid::sim::material::Material::clear(1.5));
+        scene.vessels.push(super::clear::vessel([1.0, 1.0, 0.5], profile_m, "body"));
+    }
+    let refused = |change: fn(&mut Scene), key: &str, part: &str| {
+        refused(
+            |s| {
+                put(s, &[[0.0, 0.0], [0.1, 0.0], [0.1, 0.2]]);
+                change(s);
+            },
+            key,
+            part,
+        );
+    };
+    refused(|s| s.vessels[0].profile_m[2][0] = -0.1, "vessels[0].profile_m", "-0.1");
+    refused(|s| s.vessels[0].profile_m[2][1] = f64::NAN, "vessels[0].profile_m", "NaN");
+    refused(|s| s.vessels[0].profile_m[2] = [0.0, 0.0], "vessels[0].profile_m", "does not rise");
+    refused(|s| s.vessels[0].profile_m.truncate(1), "vessels[0].profile_m", "two corners");
+    refused(|s| s.vessels[0].profile_m[1] = [0.0, 0.0], "vessels[0].profile_m", "twice");
+    refused(|s| s.vessels[0].base_m[0] = f64::INFINITY, "vessels[0].base_m", "inf");
+    refused(|s| s.vessels[0].material = "bodi".into(), "vessels[0].material", "nearest is `body`");
+    refused(|s| s.vessels[0].fill_m = Some(0.1), "vessels[0].contents", "missing");
+    refused(|s| s.vessels[0].contents = Some("body".into()), "vessels[0].fill_m", "missing");
+    // A solid body has no inside.
+    let fill = |s: &mut Scene| {
+        (s.vessels[0].fill_m, s.vessels[0].contents) = (Some(0.1), Some("plain".into()));
+    };
+    refused(fill, "vessels[0].fill_m", "inner wall");
+    refused(
+        |s| {
+            s.vessels[0].material = "plain".into();
+            (s.vessels[0].fill_m, s.vessels[0].contents) = (Some(0.1), Some("plain".into()));
+        },
+        "vessels[0].fill_m",
+        "clear",
+    );
+    refused(|s| s.vessels = vec![s.vessels[0].clone(); 30], "vessels", "too many");
+    refused(
+        |s| {
+            let corner = |k: u32| [0.1, 0.01 * f64::from(k)];
+            s.vessels[0].profile_m = (0..100).map(corner).collect();
+        },
+        "vessels",
+        "99 are too many",
+    );
+    fn body(scene: &mut Scene) -> &mut limpid::sim::material::Material {
+        scene.materials.get_mut("body").unwrap()
+    }
+    refused(|s| body(s).refractive_index = 0.9, "materials.body.refractive_index", "0.9");
+    refused(|s| body(s).bump = f64::NAN, "materials.body.bump", "NaN");
+    refused(|s| body(s).bump_scale_m = 0.0, "materials.body.bump_scale_m", "0");
+    refused(
+        |s| s.materials.get_mut("plain").unwrap().refractive_index = 1.5,
+        "materials.plain.refractive_index",
+        "only glass",
+    );
+}
+
+#[test]
+fn an_impossible_sun_is_named() {
+    let sun = |elevation_rad: f64, infrared: f64| limpid::sim::sun::Sun {
+        yaw_rad: 0.0,
+        elevation_rad,
+        color: [1.0; 3],
+        infrared,
+    };
+    refused(|s| s.sun = Some(sun(-0.1, 1.0)), "sun.elevation_rad", "-0.1");
+    refused(|s| s.sun = Some(sun(2.0, 1.0)), "sun.elevation_rad", "2");
+    refused(|s| s.sun = Some(sun(0.5, f64::NAN)), "sun.infrared", "NaN");
+}
+
+#[test]
 fn a_camera_in_a_wall_and_a_way_through_things_are_named() {
     refused(|s| s.trajectory.waypoints_m.clear(), "trajectory.waypoints_m", "none");
     refused(|s| s.trajectory.waypoints_m = vec![[f64::NAN, 0.0]], "trajectory.waypoints_m[0]", "NaN");

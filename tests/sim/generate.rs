@@ -1,5 +1,6 @@
 //! Generated scenes: valid, repeatable, different by seed, level and family.
 
+use glam::DVec3;
 use limpid::sim::generate::{Family, Level, Physics, generate, vary_sensor};
 use limpid::sim::{Scene, poses};
 
@@ -11,7 +12,7 @@ fn scene(family: Family, level: Level, seed: u64) -> Scene {
 
 #[test]
 fn scenes_are_valid_repeatable_and_survive_yaml() {
-    for family in [Family::Train, Family::HeldOut, Family::Tabletop] {
+    for family in [Family::Train, Family::HeldOut, Family::Tabletop, Family::Vitrine] {
         for level in [Level::L0, Level::L1, Level::L2] {
             for seed in 0..12 {
                 let scene = scene(family, level, seed);
@@ -102,15 +103,41 @@ fn a_generated_scene_knows_its_level_and_another_has_none() {
 fn a_table_is_seen_from_close_by_through_clear_vessels() {
     for seed in 0..12 {
         let scene = scene(Family::Tabletop, Level::L0, seed);
-        let clear: Vec<_> = scene.panes.iter().filter(|pane| pane.material == "clear").collect();
-        assert!(clear.len() >= 12 && clear.len() % 6 == 0, "{}: {}", scene.name, clear.len());
+        let panes = scene.panes.iter().filter(|pane| pane.material == "clear");
+        assert!(panes.clone().count() % 6 == 0, "{}", scene.name);
+        let of_panes = panes.map(|pane| (DVec3::from(pane.center_m), pane.center_m[2] - pane.height_m / 2.0));
+        let round = scene.vessels.iter().map(|vessel| (DVec3::from(vessel.base_m), vessel.base_m[2]));
+        let clear: Vec<_> = of_panes.chain(round).collect();
         let top_m = scene.boxes[0].center_m[2] + 0.02;
-        assert!(clear.iter().all(|pane| (pane.center_m[2] - pane.height_m / 2.0 - top_m).abs() < 1e-9));
+        assert!(clear.len() >= 2 && clear.iter().all(|(_, foot_m)| (foot_m - top_m).abs() < 1e-9));
         for pose in poses(&scene) {
             let camera = pose.map_from_base.then(pose.base_from_camera);
-            let nearest = clear.iter().map(|pane| camera.translation_m.distance(pane.center_m.into()));
+            let nearest = clear.iter().map(|(place, _)| camera.translation_m.distance(*place));
             let nearest = nearest.fold(f64::INFINITY, f64::min);
             assert!((0.2..2.5).contains(&nearest), "{}: {nearest} m", scene.name);
         }
     }
+}
+
+#[test]
+fn tables_and_vitrines_draw_every_kind() {
+    let pool = |family| -> Vec<Scene> { (0..40).map(|seed| scene(family, Level::L1, seed)).collect() };
+    let tables = pool(Family::Tabletop);
+    let of_panes = |s: &&Scene| s.vessels.is_empty() && s.panes.iter().any(|pane| pane.material == "clear");
+    assert!(tables.iter().filter(of_panes).count() >= 3, "the table of flat panes is among the draws");
+    let vessels: Vec<_> = tables.iter().flat_map(|s| &s.vessels).collect();
+    for material in ["clear", "body"] {
+        assert!(vessels.iter().filter(|v| v.material == material).count() > 10, "{material}");
+    }
+    for contents in ["water", "drink"] {
+        assert!(vessels.iter().any(|v| v.contents.as_deref() == Some(contents)), "{contents}");
+    }
+    let vitrines = pool(Family::Vitrine);
+    assert!(vitrines.iter().filter(|s| s.sun.is_some()).count() >= 15);
+    let of_box = |s: &Scene, material: &str| s.boxes.iter().any(|b| b.material == material);
+    for material in ["water", "steel", "black", "foil", "goods"] {
+        assert!(vitrines.iter().filter(|s| of_box(s, material)).count() >= 5, "{material}");
+    }
+    let front = |s: &&Scene| s.panes.iter().any(|pane| pane.material == "glass");
+    assert!(vitrines.iter().filter(front).count() >= 20);
 }

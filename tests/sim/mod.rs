@@ -1,6 +1,7 @@
 //! The simulated camera: rays, light, stereo, truth, scenes, recordings.
 
 mod bad_input;
+mod clear;
 mod generate;
 mod lidar;
 mod light;
@@ -8,6 +9,7 @@ mod matching;
 mod rays;
 mod recording;
 mod stereo;
+mod sun;
 mod truth;
 mod walkers;
 
@@ -66,6 +68,8 @@ pub(crate) fn small_room() -> Scene {
         thickets: vec![],
         curtains: vec![],
         open_air: false,
+        vessels: vec![],
+        sun: None,
         lidar: None,
         lamps: vec![],
         windows: vec![],

@@ -1,4 +1,5 @@
-// A scene as the ray tracer holds it, and where rays meet it: rectangles, upright boxes and cylinders, floor and ceiling.
+// A scene as the ray tracer holds it, and where rays meet it: rectangles, upright boxes and cylinders, vessels,
+// floor and ceiling. Clear boxes and vessels are met from inside too.
 const QUADS = 64u;
 const BOXES = 48u;
 const CYLINDERS = 16u;
@@ -6,6 +7,7 @@ const LIGHTS = 16u;
 const MATERIALS = 32u;
 const CURTAINS = 8u;
 const THICKETS = 24u;
+const FRUSTUMS = 56u;
 
 struct SimScene {
     counts: vec4<u32>,          // lights, clusters, curtains, thickets
@@ -18,20 +20,21 @@ struct SimScene {
     quad_material: array<vec4<u32>, 64>,    // material, unused
     box_center: array<vec4<f32>, 48>,       // xyz, cosine of the yaw
     box_half: array<vec4<f32>, 48>,         // half extents, sine of the yaw
-    box_material: array<vec4<u32>, 48>,     // material, unused
+    box_material: array<vec4<u32>, 48>,     // material, 1: it is clear, bits of its refractive index
     cylinder_axis: array<vec4<f32>, 16>,    // x, y, radius, unused
     cylinder_span: array<vec4<f32>, 16>,    // bottom, top, unused
     cylinder_material: array<vec4<u32>, 16>,
     cluster_low: array<vec4<f32>, 48>,      // least corner of a group of solids that lie together
     cluster_high: array<vec4<f32>, 48>,     // its greatest corner
-    // First in bits 0 to 7, end in 8 to 15: rectangles (16 to 23: end of those that cast shadows), boxes, cylinders.
+    // First in bits 0 to 7, end in 8 to 15: rectangles and boxes (16 to 23: end of those that cast shadows), cylinders,
+    // a vessel's cones (16 to 23: end of the discs behind them; 24: it casts a shadow).
     cluster_range: array<vec4<u32>, 48>,
     light_place: array<vec4<f32>, 16>,      // centre, area / pi
     light_normal: array<vec4<f32>, 16>,     // unit normal, unused
     light_radiance: array<vec4<f32>, 16>,   // r, g, b, infrared
     albedo: array<vec4<f32>, 32>,           // r, g, b, infrared
     pattern_albedo: array<vec4<f32>, 32>,   // the pattern's other colour
-    pattern: array<vec4<f32>, 32>,          // kind, scale in metres, unused
+    pattern: array<vec4<f32>, 32>,          // kind, scale in metres; deviation of crumples, their size
     optics: array<vec4<f32>, 32>,           // reflectance at normal incidence, roughness, transmission, kind
     emission: array<vec4<f32>, 32>,         // r, g, b, infrared
     curtain_plane: array<vec4<f32>, 8>,     // as of rectangles
@@ -41,6 +44,12 @@ struct SimScene {
     thicket_center: array<vec4<f32>, 24>,   // xyz, cosine of the yaw
     thicket_half: array<vec4<f32>, 24>,     // half extents, sine of the yaw
     thicket_look: array<vec4<f32>, 24>,     // extinction 1/m, width of elements, material, 1: an ellipsoid, + 2: solid
+    frustum_axis: array<vec4<f32>, 56>,     // x, y, radius at the lower and upper end (of a disc: inner and outer)
+    // Bits of the heights of its ends, refractive indices of the body and around it in 1/16384, material + 256 where the
+    // body lies away from the axis (of a disc: above).
+    frustum_look: array<vec4<u32>, 56>,
+    sun_direction: vec4<f32>,               // towards it; w: 1 where it shines
+    sun_radiance: vec4<f32>,                // r, g, b, infrared, of a white surface that faces it
 }
 
 // What a ray meets: distance along it (FAR where nothing), and kind of surface in bits 8 and up with its index.
@@ -56,6 +65,7 @@ const CEILING_HIT = 0x200u;
 const QUAD_HIT = 0x300u;
 const BOX_HIT = 0x400u;
 const CYLINDER_HIT = 0x500u;
+const FRUSTUM_HIT = 0x800u;
 
 // Nearer hits belong to the surface that the ray starts on.
 const NEAREST = 1.0e-4;
@@ -92,7 +102,9 @@ fn box_distance(index: u32, origin: vec3<f32>, direction: vec3<f32>) -> f32 {
     let last = middle + reach;
     let near = max(first.x, max(first.y, first.z));
     let far = min(last.x, min(last.y, last.z));
-    return select(FAR, near, near <= far && near > NEAREST);
+    // Clear boxes are met from inside too.
+    let t = select(near, far, scene.box_material[index].y > 0u && near <= NEAREST);
+    return select(FAR, t, near <= far && t > NEAREST);
 }
 
 fn cylinder_distance(index: u32, origin: vec3<f32>, direction: vec3<f32>) -> f32 {
@@ -113,6 +125,64 @@ fn cylinder_distance(index: u32, origin: vec3<f32>, direction: vec3<f32>) -> f32
     return select(FAR, near, under_root > 0.0 && near <= far && near > NEAREST);
 }
 
+// Heights of a frustum's ends.
+fn frustum_span(index: u32) -> vec2<f32> {
+    return bitcast<vec2<f32>>(scene.frustum_look[index].xy);
+}
+
+// Two roots of a quadratic that lies on the ray, of which the nearer one ahead in the span counts.
+fn cone_distance(index: u32, origin: vec3<f32>, direction: vec3<f32>) -> f32 {
+    let axis = scene.frustum_axis[index];       // x, y, radius at the lower and upper end
+    let span = frustum_span(index);
+    let slope = (axis.w - axis.z) / (span.y - span.x);
+    let d = direction;
+    // From the closest approach to the axis, where no digits are lost.
+    let level = max(dot(d.xy, d.xy), 1.0e-12);
+    let start = clamp(-dot(origin.xy - axis.xy, d.xy) / level, -1.0e3, 1.0e3);
+    let o = origin + start * d - vec3(axis.xy, 0.0);
+    let radius = axis.z + slope * (o.z - span.x);
+    let a = dot(d.xy, d.xy) - slope * slope * d.z * d.z;
+    let b = dot(o.xy, d.xy) - slope * radius * d.z;
+    let c = dot(o.xy, o.xy) - radius * radius;
+    let under_root = b * b - a * c;
+    let root = sqrt(max(under_root, 0.0));
+    let q = -(b + select(-root, root, b >= 0.0));
+    let first = cone_place(start + q / away_from_zero(a), origin.z, d.z, span);
+    let second = cone_place(start + c / away_from_zero(q), origin.z, d.z, span);
+    return select(FAR, min(first, second), under_root > 0.0);
+}
+
+// A place along a ray, if it lies ahead and between two heights.
+fn cone_place(t: f32, origin_z: f32, direction_z: f32, span: vec2<f32>) -> f32 {
+    let height = origin_z + t * direction_z;
+    // Neighbours overlap by a rounding error, so that nothing slips through.
+    let inside = height >= span.x - 1.0e-6 && height <= span.y + 1.0e-6;
+    return select(FAR, t, inside && t > NEAREST);
+}
+
+fn disc_distance(index: u32, origin: vec3<f32>, direction: vec3<f32>) -> f32 {
+    let axis = scene.frustum_axis[index];       // x, y, inner and outer radius
+    let t = (frustum_span(index).x - origin.z) / away_from_zero(direction.z);
+    let radius = length(origin.xy + t * direction.xy - axis.xy);
+    return select(FAR, t, radius >= axis.z && radius <= axis.w && t > NEAREST);
+}
+
+// The nearer of a hit and the surfaces of a vessel; `range` is the fourth of its cluster's.
+fn nearest_of_vessel(hit: Hit, range: u32, origin: vec3<f32>, direction: vec3<f32>) -> Hit {
+    var nearest = hit;
+    for (var i = range & 255u; i < ((range >> 8u) & 255u); i++) {
+        let t = cone_distance(i, origin, direction);
+        nearest.id = select(nearest.id, FRUSTUM_HIT | i, t < nearest.t);
+        nearest.t = min(nearest.t, t);
+    }
+    for (var i = (range >> 8u) & 255u; i < ((range >> 16u) & 255u); i++) {
+        let t = disc_distance(i, origin, direction);
+        nearest.id = select(nearest.id, FRUSTUM_HIT | i, t < nearest.t);
+        nearest.t = min(nearest.t, t);
+    }
+    return nearest;
+}
+
 // The nearest surface along a ray.
 fn nearest_hit(origin: vec3<f32>, direction: vec3<f32>) -> Hit {
     var hit = Hit(FAR, NOTHING);
@@ -131,7 +201,7 @@ fn nearest_hit(origin: vec3<f32>, direction: vec3<f32>) -> Hit {
                 hit.id = select(hit.id, QUAD_HIT | i, t < hit.t);
                 hit.t = min(hit.t, t);
             }
-            for (var i = range.y & 255u; i < (range.y >> 8u); i++) {
+            for (var i = range.y & 255u; i < ((range.y >> 8u) & 255u); i++) {
                 let t = box_distance(i, origin, direction);
                 hit.id = select(hit.id, BOX_HIT | i, t < hit.t);
                 hit.t = min(hit.t, t);
@@ -141,6 +211,7 @@ fn nearest_hit(origin: vec3<f32>, direction: vec3<f32>) -> Hit {
                 hit.id = select(hit.id, CYLINDER_HIT | i, t < hit.t);
                 hit.t = min(hit.t, t);
             }
+            hit = nearest_of_vessel(hit, range.w, origin, direction);
         }
     }
     return hit;
@@ -171,21 +242,37 @@ fn is_shadowed(origin: vec3<f32>, direction: vec3<f32>, reach: f32) -> bool {
             for (var i = range.x & 255u; i < (range.x >> 16u); i++) {
                 nearest = min(nearest, quad_distance(i, origin, direction));
             }
-            for (var i = range.y & 255u; i < (range.y >> 8u); i++) {
+            for (var i = range.y & 255u; i < (range.y >> 16u); i++) {
                 nearest = min(nearest, box_distance(i, origin, direction));
             }
             for (var i = range.z & 255u; i < (range.z >> 8u); i++) {
                 nearest = min(nearest, cylinder_distance(i, origin, direction));
             }
+            let opaque_vessel = select(0u, range.w, (range.w >> 24u) > 0u);
+            nearest = nearest_of_vessel(Hit(nearest, NOTHING), opaque_vessel, origin, direction).t;
         }
     }
     return nearest < reach;
 }
 
-// Unit normal towards where the ray comes from, and the material.
+// Out of the body that a vessel's surface encloses.
+fn frustum_normal(index: u32, at: vec3<f32>) -> vec3<f32> {
+    let axis = scene.frustum_axis[index];
+    let span = frustum_span(index);
+    let facing = select(1.0, -1.0, scene.frustum_look[index].w > 0xffu);
+    let is_disc = span.x == span.y;
+    let slope = (axis.w - axis.z) / select(span.y - span.x, 1.0, is_disc);
+    let out = at.xy - axis.xy;
+    let side = normalize(vec3(out / max(length(out), 1.0e-9), -slope));
+    return facing * select(side, vec3(0.0, 0.0, 1.0), is_disc);
+}
+
+// Unit normal towards where the ray comes from, the material, and the refractive index on the ray's side over that on the
+// other (1: the ray goes straight on, if at all).
 struct Surface {
     normal: vec3<f32>,
     material: u32,
+    ratio: f32,
 }
 
 fn surface_at(hit: Hit, at: vec3<f32>, direction: vec3<f32>) -> Surface {
@@ -193,6 +280,7 @@ fn surface_at(hit: Hit, at: vec3<f32>, direction: vec3<f32>) -> Surface {
     let index = hit.id & 0xffu;
     var normal = vec3(0.0, 0.0, select(1.0, -1.0, kind == CEILING_HIT));
     var material = select(scene.room.x, scene.room.y, kind == CEILING_HIT);
+    var indices = vec2(1.0);    // of the body and around it
     if kind == QUAD_HIT {
         normal = scene.quad_plane[index].xyz;
         material = scene.quad_material[index].x;
@@ -207,6 +295,7 @@ fn surface_at(hit: Hit, at: vec3<f32>, direction: vec3<f32>) -> Surface {
         let face = vec3(f32(x_face), f32(y_face), f32(!x_face && !y_face)) * sign(local);
         normal = turned(face, center.w, -half.w);
         material = scene.box_material[index].x;
+        indices.x = bitcast<f32>(scene.box_material[index].z);
     }
     if kind == CYLINDER_HIT {
         let axis = scene.cylinder_axis[index];
@@ -218,5 +307,13 @@ fn surface_at(hit: Hit, at: vec3<f32>, direction: vec3<f32>) -> Surface {
         normal = select(vec3(out / max(length(out), 1.0e-9), 0.0), vec3(0.0, 0.0, sign(height)), on_cap);
         material = scene.cylinder_material[index].x;
     }
-    return Surface(select(normal, -normal, dot(normal, direction) > 0.0), material);
+    if kind == FRUSTUM_HIT {
+        normal = frustum_normal(index, at);
+        material = scene.frustum_look[index].w & 0xffu;
+        let packed = scene.frustum_look[index].z;
+        indices = vec2(f32(packed & 0xffffu), f32(packed >> 16u)) / 16384.0;
+    }
+    let leaves = dot(normal, direction) > 0.0;
+    let ratio = select(indices.y / indices.x, indices.x / indices.y, leaves);
+    return Surface(select(normal, -normal, leaves), material, ratio);
 }

@@ -94,7 +94,7 @@ fn surface_of(hit: Hit, at: vec3<f32>, direction: vec3<f32>) -> Surface {
         let level = normalize(direction.xy + vec2(1.0e-9, 0.0));
         let side = vec2(-level.y, level.x);
         let normal = vec3(-level * sqrt(1.0 - offset * offset) + side * offset, 0.0);
-        return Surface(normal, u32(scene.curtain_look[index].w));
+        return Surface(normal, u32(scene.curtain_look[index].w), 1.0);
     }
     if kind == THICKET_HIT {
         let look = scene.thicket_look[index];
@@ -105,7 +105,7 @@ fn surface_of(hit: Hit, at: vec3<f32>, direction: vec3<f32>) -> Surface {
         let helper = select(vec3(1.0, 0.0, 0.0), vec3(0.0, 0.0, 1.0), abs(direction.x) > 0.7);
         let side = normalize(cross(direction, helper));
         let normal = -direction * cosine + side * sqrt(1.0 - cosine * cosine);
-        return Surface(normal, u32(look.z));
+        return Surface(normal, u32(look.z), 1.0);
     }
     return surface_at(hit, at, direction);
 }

@@ -49,6 +49,8 @@ impl<'a> Layout<'a> {
             thickets: vec![],
             curtains: vec![],
             open_air: false,
+            vessels: vec![],
+            sun: None,
             lidar: None,
             lamps: vec![],
             windows: vec![],
@@ -103,7 +105,7 @@ impl<'a> Layout<'a> {
             pattern_scale_m: scale_m,
             reflectance: physics.floor_reflectance,
             roughness: physics.floor_roughness,
-            transmission: 0.0,
+            ..Material::default()
         };
         self.scene.materials.insert("floor".into(), material);
     }

@@ -8,9 +8,12 @@ mod layout;
 mod people;
 mod physics;
 mod random;
+mod shiny;
 mod tabletop;
 mod train;
 mod vary;
+mod vessels;
+mod vitrine;
 mod way;
 
 pub use people::add_walkers;
@@ -51,8 +54,10 @@ pub enum Family {
     Train,
     /// Angled plans, pillars and round tables, other patterns, strip lamps, narrow windows: for evaluation only.
     HeldOut,
-    /// Clear vessels on a table from 0.4 to 1 m: for training beside the rooms.
+    /// Clear vessels, foil, steel and labels on a table from 0.4 to 1 m: for training beside the rooms.
     Tabletop,
+    /// Rooms with shop windows, aquaria, bottles, steel fronts, black gloss and sun patches: for training.
+    Vitrine,
     /// Rooms with glass fronts, railings, doors, mirrors, for lidars.
     Glass,
     /// Narrow passages closed by curtains of strings.
@@ -69,7 +74,7 @@ pub enum Family {
 
 impl Family {
     /// All of them.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 10] = [
         Self::Train,
         Self::HeldOut,
         Self::Tabletop,
@@ -79,6 +84,7 @@ impl Family {
         Self::Thicket,
         Self::Drive,
         Self::Mixed,
+        Self::Vitrine,
     ];
 
     /// Its name at the command line.
@@ -87,6 +93,7 @@ impl Family {
             Self::Train => "train",
             Self::HeldOut => "held-out",
             Self::Tabletop => "tabletop",
+            Self::Vitrine => "vitrine",
             Self::Glass => "glass",
             Self::Curtain => "curtain",
             Self::Vegetation => "vegetation",
@@ -111,6 +118,7 @@ pub fn generate(family: Family, level: Level, seed: u64, frames: u32) -> Result<
             Family::Train => train::scene(level, &mut random),
             Family::HeldOut => held_out::scene(level, &mut random),
             Family::Tabletop => tabletop::scene(level, frames, &mut random),
+            Family::Vitrine => vitrine::scene(level, frames, &mut random),
             Family::Glass => glazed::scene(level, &mut random),
             Family::Curtain => green::passage(level, &mut random),
             Family::Vegetation => green::meadow(level, false, &mut random),
@@ -121,8 +129,8 @@ pub fn generate(family: Family, level: Level, seed: u64, frames: u32) -> Result<
         scene.name = format!("{family:?} {level:?} seed {seed}");
         scene.seed = seed;
         scene.trajectory.frames = frames;
-        // The way up to a table is part of that scene.
-        let on_its_way = family == Family::Tabletop || way::lay(&mut scene, &mut random);
+        // The way up to a table or a vitrine is part of that scene.
+        let on_its_way = !scene.trajectory.waypoints_m.is_empty() || way::lay(&mut scene, &mut random);
         if on_its_way && scene.validate().is_ok() {
             return Ok(scene);
         }

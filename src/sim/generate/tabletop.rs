@@ -1,15 +1,15 @@
 //! The family of clear things on a table, seen from close by: for training beside the rooms.
 
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::{PI, SQRT_2, TAU};
 
 use glam::DVec2;
 
 use super::layout::Layout;
-use super::{Level, Physics, Random};
-use crate::sim::material::{Material, Pattern};
+use super::{Level, Physics, Random, shiny, vessels};
+use crate::sim::material::Pattern;
 use crate::sim::scene::{Block, Cylinder, Pane, Room, Scene};
 
-/// Sides of a clear vessel: panes are flat.
+/// Sides of a vessel of flat panes.
 const SIDES: u32 = 6;
 
 /// A table top: its middle is the map's origin.
@@ -36,6 +36,9 @@ pub(super) fn scene(level: Level, frames: u32, random: &mut Random) -> Scene {
     };
     build(&mut layout.scene, &table);
     lay_table(&mut layout, &table);
+    if layout.random.chance(0.6) {
+        put_behind(&mut layout, &table);
+    }
     look_down(&mut layout, &table, frames);
     layout.scene
 }
@@ -49,12 +52,13 @@ fn materials(layout: &mut Layout<'_>) {
     let (tone, scale_m) = (layout.random.within(0.1, 0.8), layout.random.within(0.03, 0.3));
     layout.matt("table", tone, pattern, scale_m);
     layout.matt("dish", 0.5, Pattern::Clouds, 0.03);
-    let clear = Material {
-        reflectance: layout.random.within(0.03, 0.08),
-        transmission: layout.random.within(0.80, 0.97),
-        ..Material::glass()
-    };
-    layout.scene.materials.insert("clear".into(), clear);
+    shiny::materials(layout);
+    vessels::materials(layout);
+    if layout.random.chance(0.25) {
+        let top = layout.random.pick(&["black", "steel", "goods", "label"]);
+        let top = layout.scene.materials[top].clone();
+        layout.scene.materials.insert("table".into(), top);
+    }
 }
 
 fn build(scene: &mut Scene, table: &Table) {
@@ -71,8 +75,9 @@ fn build(scene: &mut Scene, table: &Table) {
 /// Clear vessels and a few things that are not clear, where there is room.
 fn lay_table(layout: &mut Layout<'_>, table: &Table) {
     let mut taken: Vec<(DVec2, f64)> = Vec::new();
-    let (clear, dishes) = (layout.random.count(3, 6), layout.random.count(0, 3));
-    for thing in 0..clear + dishes {
+    let (clear, others) = (layout.random.count(4, 9), layout.random.count(0, 4));
+    let flat_share = layout.random.pick(&[0.0, 0.0, 0.3, 1.0]);
+    for thing in 0..clear + others {
         let radius_m = layout.random.within(0.025, 0.07);
         let at = DVec2::new(
             layout.random.within(-0.7, 0.5) * table.half_m[0],
@@ -82,15 +87,49 @@ fn lay_table(layout: &mut Layout<'_>, table: &Table) {
             continue;
         }
         taken.push((at, radius_m));
+        let base_m = at.extend(table.height_m).to_array();
         let height_m = layout.random.within(0.04, 0.18);
-        if thing < clear {
-            let yaw_rad = layout.random.within(0.0, TAU);
-            vessel(&mut layout.scene, at.extend(table.height_m).to_array(), radius_m, height_m, yaw_rad);
+        let flat = layout.random.chance(flat_share);
+        let yaw_rad = layout.random.within(0.0, TAU);
+        if thing < clear && flat {
+            vessel(&mut layout.scene, base_m, radius_m, height_m, yaw_rad);
+        } else if thing < clear {
+            let tall = if layout.random.chance(0.3) { 1.7 } else { 1.0 };
+            vessels::put(layout, base_m, radius_m, tall * height_m);
         } else {
-            let base_m = [at.x, at.y, table.height_m];
-            let dish = Cylinder { base_m, radius_m, height_m: 0.6 * height_m, material: "dish".into() };
-            layout.scene.cylinders.push(dish);
+            opaque(layout, base_m, radius_m, height_m, yaw_rad);
         }
+    }
+}
+
+/// A dish, a tin, a packet.
+fn opaque(layout: &mut Layout<'_>, base_m: [f64; 3], radius_m: f64, height_m: f64, yaw_rad: f64) {
+    let material = layout.random.pick(&["dish", "label", "foil", "steel", "black"]).into();
+    if layout.random.chance(0.6) {
+        let height_m = 0.6 * height_m;
+        layout.scene.cylinders.push(Cylinder { base_m, radius_m, height_m, material });
+        return;
+    }
+    let [x, y, z] = base_m;
+    let (center_m, side_m) = ([x, y, z + height_m / 2.0], radius_m * SQRT_2);
+    let size_m = [side_m, side_m * layout.random.within(0.4, 1.0), height_m];
+    layout.scene.boxes.push(Block { center_m, size_m, yaw_rad, material });
+}
+
+/// Books, packets or a board along the far edge, right behind what is clear.
+fn put_behind(layout: &mut Layout<'_>, table: &Table) {
+    let [x, y] = table.half_m;
+    let mut at = -y;
+    while at < y - 0.02 {
+        let width_m = layout.random.within(0.04, 0.5).min(y - at);
+        let size_m = [layout.random.within(0.02, 0.12), width_m - 0.002, layout.random.within(0.08, 0.4)];
+        let place_x = x - 0.07 - layout.random.within(0.0, 0.05);
+        let center_m = [place_x, at + width_m / 2.0, table.height_m + size_m[2] / 2.0];
+        let material = layout.random.pick(&["goods", "label", "goods", "dish", "black", "foil"]).into();
+        if layout.scene.boxes.len() < 40 {
+            layout.scene.boxes.push(Block { center_m, size_m, yaw_rad: 0.0, material });
+        }
+        at += width_m;
     }
 }
 

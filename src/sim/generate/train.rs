@@ -108,7 +108,7 @@ fn cabinet(layout: &mut Layout<'_>) -> bool {
 }
 
 /// Stands anywhere.
-fn crate_box(layout: &mut Layout<'_>) -> bool {
+pub(super) fn crate_box(layout: &mut Layout<'_>) -> bool {
     let at = layout.anywhere();
     let size_m = [0.25, 0.25, 0.2].map(|least| layout.random.within(least, 3.0 * least));
     let yaw_rad = layout.random.within(0.0, FRAC_PI_2);
