@@ -59,6 +59,7 @@ pub fn plan(scene: &Scene) -> Result<Plan> {
     let disparity_words = scene.matcher.disparities_at(width) / 2;
     declare(&mut plan, pixels, u64::from(disparity_words))?;
     let area = Invocations::area(width, height);
+    let crumples = scene.materials.values().any(|material| material.bump > 0.0);
     let count = width * height;
     for eye in [Eye::Left, Eye::Right] {
         let left = eye == Eye::Left;
@@ -67,7 +68,8 @@ pub fn plan(scene: &Scene) -> Result<Plan> {
             Eye::Right => ["trace_right_params", "infrared_right", "grey_right", "right_signature"],
         };
         plan.step(TRACE, area, &[("trace_params", params), ("infrared", infrared)])?;
-        plan.with(&[("left", left)])?;
+        plan.with(&[("left", left), ("vessels", !scene.vessels.is_empty()), ("sunny", scene.sun.is_some())])?;
+        plan.with(&[("crumples", crumples)])?;
         // Both imagers share the exposure that the left one finds.
         if left {
             plan.step(METER, Invocations::line(1), &[("image", infrared)])?;

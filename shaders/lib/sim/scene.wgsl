@@ -52,6 +52,9 @@ struct SimScene {
     sun_radiance: vec4<f32>,                // r, g, b, infrared, of a white surface that faces it
 }
 
+// Whether the scene has vessels: without them their code is left out.
+override vessels: bool = true;
+
 // What a ray meets: distance along it (FAR where nothing), and kind of surface in bits 8 and up with its index.
 struct Hit {
     t: f32,
@@ -211,7 +214,9 @@ fn nearest_hit(origin: vec3<f32>, direction: vec3<f32>) -> Hit {
                 hit.id = select(hit.id, CYLINDER_HIT | i, t < hit.t);
                 hit.t = min(hit.t, t);
             }
-            hit = nearest_of_vessel(hit, range.w, origin, direction);
+            if vessels {
+                hit = nearest_of_vessel(hit, range.w, origin, direction);
+            }
         }
     }
     return hit;
@@ -248,8 +253,10 @@ fn is_shadowed(origin: vec3<f32>, direction: vec3<f32>, reach: f32) -> bool {
             for (var i = range.z & 255u; i < (range.z >> 8u); i++) {
                 nearest = min(nearest, cylinder_distance(i, origin, direction));
             }
-            let opaque_vessel = select(0u, range.w, (range.w >> 24u) > 0u);
-            nearest = nearest_of_vessel(Hit(nearest, NOTHING), opaque_vessel, origin, direction).t;
+            if vessels {
+                let opaque_vessel = select(0u, range.w, (range.w >> 24u) > 0u);
+                nearest = nearest_of_vessel(Hit(nearest, NOTHING), opaque_vessel, origin, direction).t;
+            }
         }
     }
     return nearest < reach;

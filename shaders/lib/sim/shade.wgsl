@@ -31,12 +31,15 @@ fn refracted(direction: vec3<f32>, surface: Surface) -> vec3<f32> {
     return normalize(surface.ratio * direction + along * surface.normal);
 }
 
+// Whether some material of the scene is crumpled: without one its code is left out.
+override crumples: bool = true;
+
 // The surface with its crumples: slopes by smooth noise of the place.
 fn crumpled(surface: Surface, at: vec3<f32>, direction: vec3<f32>) -> Surface {
     var bumpy = surface;
     let relief = scene.pattern[surface.material].zw;
     // A loop of one round or none: smooth surfaces wait for nobody.
-    for (var k = u32(relief.x > 0.0); k > 0u; k--) {
+    for (var k = u32(crumples && relief.x > 0.0); k > 0u; k--) {
         let n = surface.normal;
         let size = abs(n);
         let upright = size.z < max(size.x, size.y);

@@ -1,4 +1,7 @@
 // Sunlight: whether it reaches a place through windows, panes and clear things. Needs lib/sim/scene, lib/sim/shade.
+// Whether the scene has a sun: without one its code is left out.
+override sunny: bool = true;
+
 const SUN_PANES = 6u;           // clear surfaces that it may pass
 const WINDOW_KIND = 8.0;
 const SKY_M = 1.0e7;            // a ceiling above this is the open sky
@@ -27,7 +30,7 @@ fn sunlight(at: vec3<f32>, normal: vec3<f32>) -> vec4<f32> {
     let facing = dot(normal, scene.sun_direction.xyz);
     var light = vec4(0.0);
     // A loop of one round or none, as for shadows.
-    for (var k = u32(scene.sun_direction.w > 0.0 && facing > 0.0); k > 0u; k--) {
+    for (var k = u32(sunny && scene.sun_direction.w > 0.0 && facing > 0.0); k > 0u; k--) {
         light = scene.sun_radiance * (facing * sunlight_share(at + normal * 2.0e-3));
     }
     return light;

@@ -67,6 +67,9 @@ pub fn make(path: &Path, config: &Config, every: u64, context: &Context) -> Resu
     changes.told(frames, &config)
 }
 
+/// The truth of a frame, where its map lies, and its cells by their places there.
+type Frame = (TruthFrame, Grid, Vec<(usize, Cell)>);
+
 /// The cells that were free at one time and held something at another.
 #[derive(Default)]
 struct Changes {
@@ -87,11 +90,7 @@ impl Changes {
     }
 
     /// The cells of all frames, each with whether it changes.
-    fn told(
-        &self,
-        frames: Vec<(TruthFrame, Grid, Vec<(usize, Cell)>)>,
-        config: &Config,
-    ) -> Result<Vec<Cell>> {
+    fn told(&self, frames: Vec<Frame>, config: &Config) -> Result<Vec<Cell>> {
         let codes = self.changed.iter().map(|changed| if *changed { OCCUPIED } else { FREE });
         let codes: Vec<i8> = codes.collect();
         let mut all = Vec::new();
