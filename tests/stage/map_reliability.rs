@@ -50,7 +50,8 @@ struct Cell {
 /// The state that `update` left: occupied, to be replaced.
 const OCCUPIED: u32 = 2;
 
-fn run(side: u32, tick: u32, timed: bool, cells: &[Cell], network: &MapReliability) -> Outputs {
+/// The ring's records of the cells of a window: cells, cell_marks, cell_looks.
+fn ring_of(side: u32, tick: u32, cells: &[Cell]) -> Vec<([u32; 4], [u32; 2], [f32; 8])> {
     let slot = |i: usize| {
         let [x, y] = [i as u32 % side + ORIGIN_SLOT[0], i as u32 / side + ORIGIN_SLOT[1]].map(|at| at % side);
         (y * side + x) as usize
@@ -59,13 +60,18 @@ fn run(side: u32, tick: u32, timed: bool, cells: &[Cell], network: &MapReliabili
     for (i, cell) in cells.iter().enumerate() {
         let [support, opposed] = cell.evidence.map(|value| (value as f32).to_bits());
         let l = cell.looks;
-        let sums = [l.hit, l.through, l.strength, l.reliability, l.floor, l.all].map(|sum| sum as f32);
-        let [a, b, c, d, e, f] = sums;
+        let [a, b, c, d, e, f] =
+            [l.hit, l.through, l.strength, l.reliability, l.floor, l.all].map(|sum| sum as f32);
         let words =
             [a, b, c, d, e, f, f32::from_bits(cell.last_tick), f32::from(u8::from(cell.was_obstacle))];
         ring[slot(i)] =
             ([support, OCCUPIED | 0x500, opposed, cell.top], [tick, cell.low | 0x1ff_0000], words);
     }
+    ring
+}
+
+fn run(side: u32, tick: u32, timed: bool, cells: &[Cell], network: &MapReliability) -> Outputs {
+    let ring = ring_of(side, tick, cells);
     let hits = |cell: &Cell| match cell.seen {
         Some(Look { hits: Some((n, sum)), .. }) => {
             [n as u32, (sum * f64::from(SCALE)).round() as u32, 20_000, !9000]
@@ -160,6 +166,20 @@ fn twin(cells: &[Cell], side: u32, tick: u32, timed: bool, i: usize) -> Option<[
     (cell.evidence[0] >= 0.22).then(|| inputs(&evidence, at, offset, heights, looks))
 }
 
+/// The state of a cell that was looked at at tick 100, by the network's sum, and how far what decided was from its threshold.
+fn state_of(cell: &Cell, sum: Option<f64>, timed: bool) -> (u32, f64) {
+    let counts = if timed && cell.looks.all > 0.0 { f64::from(100 - cell.last_tick) * 0.3 } else { 1.0 };
+    let left = 0.9_f64.powf(counts.min(1.0));
+    let hit = cell.seen.is_some_and(|look| look.hits.is_some());
+    let hits = left * cell.looks.hit + if hit { (1.0 - left) / 0.1 } else { 0.0 };
+    let least = if cell.was_obstacle { -0.5 } else { 0.0 };
+    let margin = sum.map_or(1.0, |sum| (sum - least).abs()).min((hits - 1.5).abs());
+    let free = cell.evidence[1] >= 0.002 && cell.evidence[0] < 1.75 * cell.evidence[1];
+    let is_obstacle = hits >= 1.5 && sum.is_some_and(|sum| sum >= least);
+    let rest = if free { 1 } else { 0 };
+    (if is_obstacle { OCCUPIED } else { rest }, margin)
+}
+
 #[test]
 fn twin_of_random_cells_at_edge_sizes() {
     if skipped() {
@@ -193,20 +213,7 @@ fn twin_of_random_cells_at_edge_sizes() {
                 );
             }
             let sum = want.map(|inputs| logit(&inputs, &network));
-            let hit = cell.seen.is_some_and(|look| look.hits.is_some());
-            let counts =
-                if timed && cell.looks.all > 0.0 { f64::from(100 - cell.last_tick) * 0.3 } else { 1.0 };
-            let left = 0.9_f64.powf(counts.min(1.0));
-            let hits = left * cell.looks.hit + if hit { (1.0 - left) / 0.1 } else { 0.0 };
-            if (hits - 1.5).abs() < 1e-3 {
-                continue;
-            }
-            let sum = sum.filter(|_| hits >= 1.5);
-            let least = if cell.was_obstacle { -0.5 } else { 0.0 };
-            let margin = sum.map_or(1.0, |sum| (sum - least).abs());
-            let free = cell.evidence[1] >= 0.002 && cell.evidence[0] < 1.75 * cell.evidence[1];
-            let rest = if free { 1 } else { 0 };
-            let want = if sum.is_some_and(|sum| sum >= least) { OCCUPIED } else { rest };
+            let (want, margin) = state_of(cell, sum, timed);
             if margin > 1e-3 {
                 assert_eq!(states[i] & 3, want, "cell {i}, side {side}: {sum:?}");
                 found[want as usize] += 1;
