@@ -8,7 +8,9 @@ use limpid::gpu::{Access, BufferId, Invocations, Plan, Requirements, ShaderSourc
 use limpid::mapper;
 use limpid::network::Backend;
 use limpid::network::weights::Network;
-use limpid::stage::CameraJob;
+use limpid::stage::camera::map_reliability::MapReliability;
+use limpid::stage::map::layers::Layers;
+use limpid::stage::{CameraJob, MapJob};
 use limpid::stage::camera::drm::Drm;
 use proptest::prelude::*;
 
@@ -355,7 +357,12 @@ fn the_readme_shows_the_passes_of_method_drm_on_a_gpu() {
     let network = Arc::new(Network::from_bytes(include_bytes!("../weights/drm-net.safetensors")).unwrap());
     let drm = Drm { network, backend: Backend { textures: false, subgroups: true } };
     let camera = tiny_camera();
-    let job = CameraJob { drm: Some(drm), color: Some(camera), color_aligned: true, ..job(&config, camera) };
+    let plain = job(&config, camera);
+    // As the mapper builds it: drm comes with map reliability.
+    let reliability = Some(Arc::new(MapReliability::shipped().unwrap()));
+    let layers = Layers { looks: true, ..plain.map.layers };
+    let map = Arc::new(MapJob { evidence: true, reliability, layers, ..(*plain.map).clone() });
+    let job = CameraJob { drm: Some(drm), color: Some(camera), color_aligned: true, map, ..plain };
     assert_readme_shows("drm passes", &job);
 }
 
