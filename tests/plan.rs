@@ -8,10 +8,10 @@ use limpid::gpu::{Access, BufferId, Invocations, Plan, Requirements, ShaderSourc
 use limpid::mapper;
 use limpid::network::Backend;
 use limpid::network::weights::Network;
+use limpid::stage::camera::drm::Drm;
 use limpid::stage::camera::map_reliability::MapReliability;
 use limpid::stage::map::layers::Layers;
 use limpid::stage::{CameraJob, MapJob};
-use limpid::stage::camera::drm::Drm;
 use proptest::prelude::*;
 
 use crate::support::camera_job::{job, small_map, tiny_camera};
