@@ -62,11 +62,11 @@ fn a_chair_that_is_moved_after_a_long_standstill_is_gone_as_soon_as_after_a_shor
 }
 
 #[test]
-fn reliability_of_0_and_nan_and_frames_that_see_nothing_change_nothing() {
+fn doubtful_and_missing_reliability_and_frames_that_see_nothing_change_nothing() {
     if skipped() {
         return;
     }
-    for bad in [0.0, f32::NAN, -1.0, 0.3] {
+    for bad in [f32::NAN, 0.3] {
         let out = run(&config(), &with_confidence(still(&room(&[person(0.0)]), ahead(), 6), |_, _| bad));
         assert!(out.iter().all(|out| out.costmap.iter().all(|cost| *cost == 255)), "R = {bad}");
         let frames = scenes(&[(room(&[person(0.0)]), 10), (room(&[]), 20)], 3);
