@@ -175,15 +175,17 @@ fn trace(@builtin(global_invocation_id) id: vec3<u32>) {
     path.origin = trace_params.origin.xyz;
     path.direction = through * depth_per_distance;
     path.share = 1.0;
-    // The first ray by itself: it alone casts shadow rays.
-    path = followed(path, pixel, true);
-    let depth_m = path.met_m * depth_per_distance;
-    let seen = u32(path.met_kind);
-    for (var segment = 1u; segment < SEGMENTS; segment++) {
+    var depth_m = 0.0;
+    var seen = 0u;
+    for (var segment = 0u; segment < SEGMENTS; segment++) {
         if path.share <= 0.0 {
             break;
         }
-        path = followed(path, pixel, false);
+        // The first ray alone casts shadow rays, and is what the truth tells of.
+        let first = segment == 0u;
+        path = followed(path, pixel, first);
+        depth_m = select(depth_m, path.met_m * depth_per_distance, first);
+        seen = select(seen, u32(path.met_kind), first);
     }
     let light = path.light;
     infrared[pixel] = light.w;

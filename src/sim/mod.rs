@@ -23,6 +23,7 @@ pub mod vessel;
 pub mod walker;
 pub(crate) mod walls;
 pub mod write;
+mod written;
 
 pub use pack::SimScene;
 pub use scene::Scene;

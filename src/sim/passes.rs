@@ -6,6 +6,8 @@ use crate::gpu::ShaderSource;
 
 /// Intersections and the scene's layout, for passes and their tests.
 pub const SCENE_LIBRARY: &str = include_str!("../../shaders/lib/sim/scene.wgsl");
+/// The solids out of the scene's tables.
+pub const SOLIDS_LIBRARY: &str = include_str!("../../shaders/lib/sim/solids.wgsl");
 /// Hashes and noise.
 pub const RANDOM_LIBRARY: &str = include_str!("../../shaders/lib/sim/random.wgsl");
 /// Fresnel's share, patterns, lamps, speckle.
@@ -13,6 +15,9 @@ pub const SHADE_LIBRARY: &str = include_str!("../../shaders/lib/sim/shade.wgsl")
 
 /// Thickets and curtains.
 pub const THIN_LIBRARY: &str = include_str!("../../shaders/lib/sim/thin.wgsl");
+
+/// The thin things out of the scene's tables.
+pub const NEAREST_THIN_LIBRARY: &str = include_str!("../../shaders/lib/sim/nearest_thin.wgsl");
 
 /// Sunlight.
 pub const SUN_LIBRARY: &str = include_str!("../../shaders/lib/sim/sun.wgsl");
@@ -22,9 +27,11 @@ pub const TRACE: ShaderSource = ShaderSource {
     name: "sim/trace",
     parts: &[
         SCENE_LIBRARY,
+        SOLIDS_LIBRARY,
         RANDOM_LIBRARY,
         SHADE_LIBRARY,
         THIN_LIBRARY,
+        NEAREST_THIN_LIBRARY,
         SUN_LIBRARY,
         include_str!("../../shaders/sim/trace.wgsl"),
     ],
@@ -35,9 +42,11 @@ pub const BEAM: ShaderSource = ShaderSource {
     name: "sim/beam",
     parts: &[
         SCENE_LIBRARY,
+        SOLIDS_LIBRARY,
         RANDOM_LIBRARY,
         SHADE_LIBRARY,
         THIN_LIBRARY,
+        NEAREST_THIN_LIBRARY,
         include_str!("../../shaders/sim/beam.wgsl"),
     ],
 };

@@ -10,6 +10,7 @@ use super::passes::{
 };
 use super::scene::Scene;
 use super::trajectory::{poses, seconds_at, stamp_ns};
+use super::written;
 use crate::base::Rigid;
 use crate::base::{Error, Result};
 use crate::gpu::{Context, Executor, FrameInput, Invocations, Plan, Readback};
@@ -53,6 +54,11 @@ pub struct Simulator {
 /// # Errors
 /// [`Error::Plan`] or [`Error::Shader`] where a pass contradicts its shader.
 pub fn plan(scene: &Scene) -> Result<Plan> {
+    plan_with(scene, None)
+}
+
+/// As [`plan`], with the solids of `written` in the code.
+fn plan_with(scene: &Scene, written: Option<&SimScene>) -> Result<Plan> {
     let mut plan = Plan::default();
     let (width, height) = (scene.camera.width, scene.camera.height);
     let pixels = u64::from(width) * u64::from(height);
@@ -67,7 +73,7 @@ pub fn plan(scene: &Scene) -> Result<Plan> {
             Eye::Left => ["trace_left_params", "infrared_left", "grey_left", "left_signature"],
             Eye::Right => ["trace_right_params", "infrared_right", "grey_right", "right_signature"],
         };
-        plan.step(TRACE, area, &[("trace_params", params), ("infrared", infrared)])?;
+        plan.step(written::text(TRACE, written), area, &[("trace_params", params), ("infrared", infrared)])?;
         plan.with(&[("left", left), ("vessels", !scene.vessels.is_empty()), ("sunny", scene.sun.is_some())])?;
         plan.with(&[("crumples", crumples)])?;
         // Both imagers share the exposure that the left one finds.
@@ -149,14 +155,21 @@ impl Simulator {
     /// # Errors
     /// As there.
     pub fn with_context(scene: &Scene, context: &Context) -> Result<Self> {
+        Self::for_frames(scene, context, scene.trajectory.frames.into())
+    }
+
+    /// As [`Self::with_context`], for so many frames: what is compiled for many takes longer and runs faster. The frames are
+    /// the same.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn for_frames(scene: &Scene, context: &Context, frames: u64) -> Result<Self> {
         scene.validate()?;
-        let executor = Executor::build(context, plan(scene)?)?;
-        Ok(Self {
-            packed: SimScene::pack(&scene.at(0.0)),
-            scene: scene.clone(),
-            executor,
-            pass_ms: Vec::new(),
-        })
+        let packed = SimScene::pack(&scene.at(0.0));
+        let rays = 2 * frames * u64::from(scene.camera.width) * u64::from(scene.camera.height);
+        let written = written::is_worth_it(scene, context, rays).then_some(&packed);
+        let executor = Executor::build(context, plan_with(scene, written)?)?;
+        Ok(Self { packed, scene: scene.clone(), executor, pass_ms: Vec::new() })
     }
 
     /// The scene.

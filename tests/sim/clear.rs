@@ -4,7 +4,7 @@ use glam::{DVec3, Vec4};
 use limpid::gpu::{Invocations, ShaderSource};
 use limpid::sim::SimScene;
 use limpid::sim::material::{Kind, Material};
-use limpid::sim::passes::{RANDOM_LIBRARY, SCENE_LIBRARY, SHADE_LIBRARY};
+use limpid::sim::passes::{RANDOM_LIBRARY, SCENE_LIBRARY, SHADE_LIBRARY, SOLIDS_LIBRARY};
 use limpid::sim::scene::{Scene, Window};
 use limpid::sim::truth::{GLASS, TrueMap};
 use limpid::sim::vessel::Vessel;
@@ -20,6 +20,7 @@ const PROBE: ShaderSource = ShaderSource {
     name: "probe",
     parts: &[
         SCENE_LIBRARY,
+        SOLIDS_LIBRARY,
         RANDOM_LIBRARY,
         SHADE_LIBRARY,
         "

@@ -3,7 +3,8 @@
 use limpid::gpu::{Invocations, ShaderSource};
 use limpid::sim::SimScene;
 use limpid::sim::passes::{
-    EXPOSE, METER, RANDOM_LIBRARY, SCENE_LIBRARY, SHADE_LIBRARY, SimExposeParams, SimMeterParams,
+    EXPOSE, METER, RANDOM_LIBRARY, SCENE_LIBRARY, SHADE_LIBRARY, SOLIDS_LIBRARY, SimExposeParams,
+    SimMeterParams,
 };
 use limpid::sim::scene::{Lamp, Window};
 
@@ -15,6 +16,7 @@ const PROBE: ShaderSource = ShaderSource {
     name: "probe",
     parts: &[
         SCENE_LIBRARY,
+        SOLIDS_LIBRARY,
         RANDOM_LIBRARY,
         SHADE_LIBRARY,
         "

@@ -12,6 +12,7 @@ mod stereo;
 mod sun;
 mod truth;
 mod walkers;
+mod written;
 
 use limpid::sensor::FramePose;
 use limpid::sim::frame::SimFrame;

@@ -2,7 +2,7 @@
 
 use glam::{DVec3, Vec4};
 use limpid::gpu::{Invocations, ShaderSource};
-use limpid::sim::passes::SCENE_LIBRARY;
+use limpid::sim::passes::{SCENE_LIBRARY, SOLIDS_LIBRARY};
 use limpid::sim::scene::{Cylinder, Pane, Scene};
 use limpid::sim::{SimScene, generate};
 
@@ -16,6 +16,7 @@ const PROBE: ShaderSource = ShaderSource {
     name: "probe",
     parts: &[
         SCENE_LIBRARY,
+        SOLIDS_LIBRARY,
         "
 @group(0) @binding(0) var<uniform> scene: SimScene;
 @group(0) @binding(1) var<storage, read> rays: array<vec4<f32>>;

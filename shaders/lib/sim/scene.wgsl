@@ -1,5 +1,5 @@
 // A scene as the ray tracer holds it, and where rays meet it: rectangles, upright boxes and cylinders, vessels,
-// floor and ceiling. Clear boxes and vessels are met from inside too.
+// floor and ceiling. Clear boxes and vessels are met from inside too. Needs lib/sim/solids, or what the host writes in its place.
 const QUADS = 64u;
 const BOXES = 48u;
 const CYLINDERS = 16u;
@@ -78,10 +78,7 @@ fn away_from_zero(value: f32) -> f32 {
     return select(value, select(-1.0e-9, 1.0e-9, value >= 0.0), abs(value) < 1.0e-9);
 }
 
-fn quad_distance(index: u32, origin: vec3<f32>, direction: vec3<f32>) -> f32 {
-    let plane = scene.quad_plane[index];
-    let u = scene.quad_u[index];
-    let v = scene.quad_v[index];
+fn quad_distance(plane: vec4<f32>, u: vec4<f32>, v: vec4<f32>, origin: vec3<f32>, direction: vec3<f32>) -> f32 {
     let t = (plane.w - dot(plane.xyz, origin)) / away_from_zero(dot(plane.xyz, direction));
     let at = origin + t * direction;
     let inside = abs(dot(u.xyz, at) - u.w) <= 1.0 && abs(dot(v.xyz, at) - v.w) <= 1.0;
@@ -93,9 +90,8 @@ fn turned(v: vec3<f32>, cosine: f32, sine: f32) -> vec3<f32> {
     return vec3(cosine * v.x + sine * v.y, cosine * v.y - sine * v.x, v.z);
 }
 
-fn box_distance(index: u32, origin: vec3<f32>, direction: vec3<f32>) -> f32 {
-    let center = scene.box_center[index];
-    let half = scene.box_half[index];
+// Clear boxes are met from inside too.
+fn box_distance(center: vec4<f32>, half: vec4<f32>, clear: bool, origin: vec3<f32>, direction: vec3<f32>) -> f32 {
     let o = turned(origin - center.xyz, center.w, half.w);
     let d = turned(direction, center.w, half.w);
     let inverse = inverse_of(d);
@@ -105,14 +101,11 @@ fn box_distance(index: u32, origin: vec3<f32>, direction: vec3<f32>) -> f32 {
     let last = middle + reach;
     let near = max(first.x, max(first.y, first.z));
     let far = min(last.x, min(last.y, last.z));
-    // Clear boxes are met from inside too.
-    let t = select(near, far, scene.box_material[index].y > 0u && near <= NEAREST);
+    let t = select(near, far, clear && near <= NEAREST);
     return select(FAR, t, near <= far && t > NEAREST);
 }
 
-fn cylinder_distance(index: u32, origin: vec3<f32>, direction: vec3<f32>) -> f32 {
-    let axis = scene.cylinder_axis[index];
-    let span = scene.cylinder_span[index];
+fn cylinder_distance(axis: vec4<f32>, span: vec4<f32>, origin: vec3<f32>, direction: vec3<f32>) -> f32 {
     let o = origin.xy - axis.xy;
     let a = max(dot(direction.xy, direction.xy), 1.0e-12);
     let b = dot(o, direction.xy);
@@ -170,18 +163,18 @@ fn disc_distance(index: u32, origin: vec3<f32>, direction: vec3<f32>) -> f32 {
     return select(FAR, t, radius >= axis.z && radius <= axis.w && t > NEAREST);
 }
 
+fn nearer(hit: Hit, t: f32, id: u32) -> Hit {
+    return Hit(min(hit.t, t), select(hit.id, id, t < hit.t));
+}
+
 // The nearer of a hit and the surfaces of a vessel; `range` is the fourth of its cluster's.
 fn nearest_of_vessel(hit: Hit, range: u32, origin: vec3<f32>, direction: vec3<f32>) -> Hit {
     var nearest = hit;
     for (var i = range & 255u; i < ((range >> 8u) & 255u); i++) {
-        let t = cone_distance(i, origin, direction);
-        nearest.id = select(nearest.id, FRUSTUM_HIT | i, t < nearest.t);
-        nearest.t = min(nearest.t, t);
+        nearest = nearer(nearest, cone_distance(i, origin, direction), FRUSTUM_HIT | i);
     }
     for (var i = (range >> 8u) & 255u; i < ((range >> 16u) & 255u); i++) {
-        let t = disc_distance(i, origin, direction);
-        nearest.id = select(nearest.id, FRUSTUM_HIT | i, t < nearest.t);
-        nearest.t = min(nearest.t, t);
+        nearest = nearer(nearest, disc_distance(i, origin, direction), FRUSTUM_HIT | i);
     }
     return nearest;
 }
@@ -194,32 +187,7 @@ fn nearest_hit(origin: vec3<f32>, direction: vec3<f32>) -> Hit {
     if vertical > NEAREST {
         hit = Hit(vertical, select(FLOOR_HIT, CEILING_HIT, direction.z > 0.0));
     }
-    let inverse = inverse_of(direction);
-    for (var c = 0u; c < scene.counts.y; c++) {
-        // A loop of one round or none: a group of rays that all pass by goes on at once.
-        for (var k = u32(meets_cluster(c, origin, inverse, hit.t)); k > 0u; k--) {
-            let range = scene.cluster_range[c];
-            for (var i = range.x & 255u; i < ((range.x >> 8u) & 255u); i++) {
-                let t = quad_distance(i, origin, direction);
-                hit.id = select(hit.id, QUAD_HIT | i, t < hit.t);
-                hit.t = min(hit.t, t);
-            }
-            for (var i = range.y & 255u; i < ((range.y >> 8u) & 255u); i++) {
-                let t = box_distance(i, origin, direction);
-                hit.id = select(hit.id, BOX_HIT | i, t < hit.t);
-                hit.t = min(hit.t, t);
-            }
-            for (var i = range.z & 255u; i < (range.z >> 8u); i++) {
-                let t = cylinder_distance(i, origin, direction);
-                hit.id = select(hit.id, CYLINDER_HIT | i, t < hit.t);
-                hit.t = min(hit.t, t);
-            }
-            if vessels {
-                hit = nearest_of_vessel(hit, range.w, origin, direction);
-            }
-        }
-    }
-    return hit;
+    return nearest_solid(hit, origin, direction, inverse_of(direction));
 }
 
 fn inverse_of(direction: vec3<f32>) -> vec3<f32> {
@@ -227,9 +195,9 @@ fn inverse_of(direction: vec3<f32>) -> vec3<f32> {
 }
 
 // Whether a ray comes through a group's bounds before `reach`; `inverse`: of its direction.
-fn meets_cluster(c: u32, origin: vec3<f32>, inverse: vec3<f32>, reach: f32) -> bool {
-    let a = (scene.cluster_low[c].xyz - origin) * inverse;
-    let b = (scene.cluster_high[c].xyz - origin) * inverse;
+fn meets_bounds(low: vec3<f32>, high: vec3<f32>, origin: vec3<f32>, inverse: vec3<f32>, reach: f32) -> bool {
+    let a = (low - origin) * inverse;
+    let b = (high - origin) * inverse;
     let first = min(a, b);
     let last = max(a, b);
     let near = max(first.x, max(first.y, first.z));
@@ -239,27 +207,7 @@ fn meets_cluster(c: u32, origin: vec3<f32>, inverse: vec3<f32>, reach: f32) -> b
 
 // Whether something stands within `reach` along a ray that casts shadows: anything but glass and lights.
 fn is_shadowed(origin: vec3<f32>, direction: vec3<f32>, reach: f32) -> bool {
-    var nearest = FAR;
-    let inverse = inverse_of(direction);
-    for (var c = 0u; c < scene.counts.y; c++) {
-        for (var k = u32(meets_cluster(c, origin, inverse, min(nearest, reach))); k > 0u; k--) {
-            let range = scene.cluster_range[c];
-            for (var i = range.x & 255u; i < (range.x >> 16u); i++) {
-                nearest = min(nearest, quad_distance(i, origin, direction));
-            }
-            for (var i = range.y & 255u; i < (range.y >> 16u); i++) {
-                nearest = min(nearest, box_distance(i, origin, direction));
-            }
-            for (var i = range.z & 255u; i < (range.z >> 8u); i++) {
-                nearest = min(nearest, cylinder_distance(i, origin, direction));
-            }
-            if vessels {
-                let opaque_vessel = select(0u, range.w, (range.w >> 24u) > 0u);
-                nearest = nearest_of_vessel(Hit(nearest, NOTHING), opaque_vessel, origin, direction).t;
-            }
-        }
-    }
-    return nearest < reach;
+    return nearest_shadow(origin, direction, inverse_of(direction), reach) < reach;
 }
 
 // Out of the body that a vessel's surface encloses.

@@ -1,4 +1,5 @@
-// Things that a ray passes between: thickets of thin elements, curtains of strings. Needs lib/sim/scene, lib/sim/random.
+// Things that a ray passes between: thickets of thin elements, curtains of strings. Needs lib/sim/scene, lib/sim/random,
+// lib/sim/nearest_thin or what the host writes in its place.
 // spec 6 §1 (thickets by distance travelled, strings by their spacing).
 const THICKET_HIT = 0x600u;
 const CURTAIN_HIT = 0x700u;
@@ -6,13 +7,29 @@ const CURTAIN_HIT = 0x700u;
 // Where the random element of a ray is looked up, metres behind the place where the ray comes in.
 const LOOK_UP_M = 0.5;
 
+// A thicket as the scene's tables have it.
+struct Thicket {
+    index: u32,
+    center: vec4<f32>,
+    half: vec4<f32>,
+    look: vec4<f32>,
+}
+
+// A curtain as they have it.
+struct Curtain {
+    plane: vec4<f32>,
+    u: vec4<f32>,
+    v: vec4<f32>,
+    look: vec4<f32>,
+}
+
 // Where a ray enters and leaves a thicket's bounds: a box, or the ellipsoid in it.
-fn thicket_span(index: u32, origin: vec3<f32>, direction: vec3<f32>) -> vec2<f32> {
-    let center = scene.thicket_center[index];
-    let half = scene.thicket_half[index];
+fn thicket_span(thicket: Thicket, origin: vec3<f32>, direction: vec3<f32>) -> vec2<f32> {
+    let center = thicket.center;
+    let half = thicket.half;
     let o = turned(origin - center.xyz, center.w, half.w) / half.xyz;
     let d = turned(direction, center.w, half.w) / half.xyz;
-    if fract(0.5 * scene.thicket_look[index].w) > 0.25 {
+    if fract(0.5 * thicket.look.w) > 0.25 {
         let a = max(dot(d, d), 1.0e-12);
         let b = dot(o, d);
         let under_root = b * b - a * (dot(o, o) - 1.0);
@@ -29,54 +46,45 @@ fn thicket_span(index: u32, origin: vec3<f32>, direction: vec3<f32>) -> vec2<f32
 
 // Distance to the first element that a ray meets in a thicket. Rays that come in within an element's width of each
 // other meet the same one, so that a thicket looks the same whenever it is looked at from the same place.
-fn thicket_distance(index: u32, origin: vec3<f32>, direction: vec3<f32>, reach: f32) -> f32 {
-    let look = scene.thicket_look[index];       // extinction 1/m, element width, material, shape
-    let span = thicket_span(index, origin, direction);
+fn thicket_distance(thicket: Thicket, origin: vec3<f32>, direction: vec3<f32>, reach: f32) -> f32 {
+    let look = thicket.look;       // extinction 1/m, element width, material, shape
+    let span = thicket_span(thicket, origin, direction);
     let start = max(span.x, 0.0);
-    if start >= min(span.y, reach) || look.x <= 0.0 {
-        return FAR;
+    let end = min(span.y, reach);
+    var t = FAR;
+    // A loop of one round or none: a group of rays that all pass by goes on at once.
+    for (var k = u32(start < end && look.x > 0.0); k > 0u; k--) {
+        let key = vec3<i32>(floor((origin + (start + LOOK_UP_M) * direction) / look.y));
+        let chance = unit(hash(hash3(key.x, key.y, thicket.index + 71u) ^ bitcast<u32>(key.z)));
+        let element = start - log(max(1.0 - chance, 1.0e-7)) / look.x;
+        t = select(FAR, element, element > NEAREST && element < end);
     }
-    let key = vec3<i32>(floor((origin + (start + LOOK_UP_M) * direction) / look.y));
-    let chance = unit(hash(hash3(key.x, key.y, index + 71u) ^ bitcast<u32>(key.z)));
-    let t = start - log(max(1.0 - chance, 1.0e-7)) / look.x;
-    return select(FAR, t, t > NEAREST && t < min(span.y, reach));
+    return t;
 }
 
 // How far off the middle of a curtain's string a ray passes, as a share of the string's radius; above 1: between two.
-fn string_offset(index: u32, at: vec3<f32>, direction: vec3<f32>) -> f32 {
-    let look = scene.curtain_look[index];       // spacing, string width, half the curtain's width, material
-    let u = scene.curtain_u[index];
+fn string_offset(curtain: Curtain, at: vec3<f32>, direction: vec3<f32>) -> f32 {
+    let look = curtain.look;       // spacing, string width, half the curtain's width, material
+    let u = curtain.u;
     let along = (dot(u.xyz, at) - u.w) * look.z / look.x;
     let level = normalize(direction.xy + vec2(1.0e-9, 0.0));
-    let facing = abs(dot(scene.curtain_plane[index].xy, level));
+    let facing = abs(dot(curtain.plane.xy, level));
     return (fract(along) - 0.5) * look.x * facing / (0.5 * look.y);
 }
 
-fn curtain_distance(index: u32, origin: vec3<f32>, direction: vec3<f32>) -> f32 {
-    let plane = scene.curtain_plane[index];
-    let u = scene.curtain_u[index];
-    let v = scene.curtain_v[index];
+fn curtain_distance(curtain: Curtain, origin: vec3<f32>, direction: vec3<f32>) -> f32 {
+    let plane = curtain.plane;
+    let u = curtain.u;
+    let v = curtain.v;
     let t = (plane.w - dot(plane.xyz, origin)) / away_from_zero(dot(plane.xyz, direction));
     let at = origin + t * direction;
     let inside = abs(dot(u.xyz, at) - u.w) <= 1.0 && abs(dot(v.xyz, at) - v.w) <= 1.0;
-    let on_string = abs(string_offset(index, at, direction)) < 1.0;
+    let on_string = abs(string_offset(curtain, at, direction)) < 1.0;
     return select(FAR, t, inside && on_string && t > NEAREST);
 }
 
-// The nearer of a hit and what thin things a ray meets before it.
-fn nearest_thin(hit: Hit, origin: vec3<f32>, direction: vec3<f32>) -> Hit {
-    var nearest = hit;
-    for (var i = 0u; i < scene.counts.z; i++) {
-        let t = curtain_distance(i, origin, direction);
-        nearest.id = select(nearest.id, CURTAIN_HIT | i, t < nearest.t);
-        nearest.t = min(nearest.t, t);
-    }
-    for (var i = 0u; i < scene.counts.w; i++) {
-        let t = thicket_distance(i, origin, direction, nearest.t);
-        nearest.id = select(nearest.id, THICKET_HIT | i, t < nearest.t);
-        nearest.t = min(nearest.t, t);
-    }
-    return nearest;
+fn curtain_of(i: u32) -> Curtain {
+    return Curtain(scene.curtain_plane[i], scene.curtain_u[i], scene.curtain_v[i], scene.curtain_look[i]);
 }
 
 // Whether a robot can pass what was hit: strings, and thickets that are not solid.
@@ -90,7 +98,7 @@ fn surface_of(hit: Hit, at: vec3<f32>, direction: vec3<f32>) -> Surface {
     let kind = hit.id & 0xff00u;
     let index = hit.id & 0xffu;
     if kind == CURTAIN_HIT {
-        let offset = clamp(string_offset(index, at, direction), -1.0, 1.0);
+        let offset = clamp(string_offset(curtain_of(index), at, direction), -1.0, 1.0);
         let level = normalize(direction.xy + vec2(1.0e-9, 0.0));
         let side = vec2(-level.y, level.x);
         let normal = vec3(-level * sqrt(1.0 - offset * offset) + side * offset, 0.0);

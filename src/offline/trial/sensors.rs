@@ -14,6 +14,9 @@ use crate::sim::lidar::LidarSimulator;
 use crate::sim::trajectory::base_from_camera;
 use crate::sim::{Scene, Simulator, stamp_ns};
 
+/// A trial has about so many frames and scans.
+const FRAMES: u64 = 300;
+
 /// Where the robot was and where it took itself to be.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Placed {
@@ -48,11 +51,11 @@ impl Sensors {
     /// Those of the simulators.
     pub fn open(context: &Context, scene: &Scene, setup: &Setup, start: Pose) -> Result<Self> {
         let camera = match &setup.camera {
-            Some(_) => Some(Simulator::with_context(scene, context)?),
+            Some(_) => Some(Simulator::for_frames(scene, context, FRAMES)?),
             None => None,
         };
         let lidar = match &setup.lidar {
-            Some(_) => Some(LidarSimulator::with_context(scene, context)?),
+            Some(_) => Some(LidarSimulator::for_scans(scene, context, FRAMES)?),
             None => None,
         };
         let map_frame = setup.config.map_frame.clone();

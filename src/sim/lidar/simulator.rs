@@ -15,6 +15,7 @@ use crate::sim::generate::Random;
 use crate::sim::passes::{BEAM, ECHO, SimBeamParams, SimEchoParams};
 use crate::sim::scene::Scene;
 use crate::sim::trajectory::seconds_at;
+use crate::sim::written;
 use crate::sim::{SimScene, Way};
 use crate::stage::single;
 
@@ -46,6 +47,11 @@ pub struct LidarSimulator {
 /// # Errors
 /// [`Error::Plan`] or [`Error::Shader`] where a pass contradicts its shader.
 pub fn plan(lidar: &Lidar) -> Result<Plan> {
+    plan_with(lidar, None)
+}
+
+/// As [`plan`], with the solids of `written` in the code.
+fn plan_with(lidar: &Lidar, written: Option<&SimScene>) -> Result<Plan> {
     let mut plan = Plan::default();
     let (beams, rows) = (u64::from(BEAMS_AT_ONCE), lidar.model.optics().rings.len() as u64);
     plan.uniform::<SimScene>("scene")?;
@@ -55,7 +61,7 @@ pub fn plan(lidar: &Lidar) -> Result<Plan> {
     plan.upload("column_poses", u64::from(lidar.columns()) * 64)?;
     plan.scratch("sent_back", beams * u64::from(lidar.subrays) * ECHOES * 16)?;
     plan.scratch("echoes", beams * 32)?;
-    plan.step(BEAM, Invocations::line(BEAMS_AT_ONCE * lidar.subrays), &[])?;
+    plan.step(written::text(BEAM, written), Invocations::line(BEAMS_AT_ONCE * lidar.subrays), &[])?;
     plan.step(ECHO, Invocations::line(BEAMS_AT_ONCE), &[])?;
     plan.read_back("echoes")?;
     plan.check()?;
@@ -68,14 +74,33 @@ impl LidarSimulator {
     /// # Errors
     /// [`Error::Config`] with the key of the scene, `lidar` where it has none; [`Error::Limit`], [`Error::Gpu`].
     pub fn with_context(scene: &Scene, context: &Context) -> Result<Self> {
+        let way = &scene.trajectory;
+        let lidar_hz = scene.lidar.as_ref().map_or(0.0, |lidar| lidar.rate_hz);
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "a few; 0 where it is odd"
+        )]
+        let scans = (f64::from(way.frames) / way.rate_hz * lidar_hz) as u64;
+        Self::for_scans(scene, context, scans)
+    }
+
+    /// As [`Self::with_context`], for so many revolutions: what is compiled for many takes longer and runs faster. The scans
+    /// are the same.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn for_scans(scene: &Scene, context: &Context, scans: u64) -> Result<Self> {
         scene.validate()?;
         let lidar = scene
             .lidar
             .clone()
             .ok_or_else(|| Error::Config { key: "lidar".into(), reason: "the scene has none".into() })?;
-        let executor = Executor::build(context, plan(&lidar)?)?;
         let (optics, columns, seed) = (lidar.model.optics(), lidar.columns(), scene.seed);
         let packed = SimScene::pack(&scene.at(0.0));
+        let rays = scans * u64::from(columns * lidar.subrays) * optics.rings.len() as u64;
+        let written = written::is_worth_it(scene, context, rays).then_some(&packed);
+        let executor = Executor::build(context, plan_with(&lidar, written)?)?;
         let moving = (!scene.walkers.is_empty()).then(|| scene.clone());
         Ok(Self { lidar, optics, columns, seed, moving, packed, next: 0, executor, pass_ms: Vec::new() })
     }
