@@ -5,6 +5,7 @@
 
 mod allocation;
 mod cameras;
+mod cells;
 mod cli;
 mod cli_drm;
 mod cli_frames;

@@ -25,6 +25,8 @@ from safetensors.numpy import save
 from torch import nn
 from torch.nn import functional as F
 
+from export import in_order
+
 DEPTH_SCALE_M = 10.0
 ROWS, COLUMNS = 240, 320
 INSERTED = 0.7  # evidence from which a cell counts as occupied (spec 1 §3)
@@ -279,14 +281,6 @@ def export(net, path, settings):
         "training": json.dumps(settings, sort_keys=True),
     }
     pathlib.Path(path).write_bytes(in_order(save(net.folded(settings["sharpen"], settings["at"]), metadata)))
-
-
-def in_order(file):
-    """The same safetensors file with its header's keys sorted: the library writes metadata in random order."""
-    length = int.from_bytes(file[:8], "little")
-    header = json.dumps(json.loads(file[8 : 8 + length]), sort_keys=True).encode()
-    header += b" " * (-len(header) % 8)
-    return len(header).to_bytes(8, "little") + header + file[8 + length :]
 
 
 def parse():

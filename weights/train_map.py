@@ -13,7 +13,9 @@ import pathlib
 
 import numpy as np
 from safetensors import safe_open
-from safetensors.numpy import load_file, save_file
+from safetensors.numpy import load_file
+
+from perceptron import fit, write
 
 # Free cells that a false obstacle blocks for a weight of 1, and what one that blocks none weighs.
 BLOCKED_FOR_ONE = 20.0
@@ -41,31 +43,6 @@ class Cells:
 def metadata(path):
     with safe_open(path, "np") as file:
         return file.metadata()
-
-
-def fit(cells, hidden, steps, seed, batch=4096, rate=4e-3, decay=1e-4):
-    """inner (hidden x inputs + 1), outer (hidden) and bias of units of tanh: Adam on weighted cross entropy, half a cosine."""
-    random = np.random.default_rng(seed)
-    mean, deviation = cells.x.mean(0), np.maximum(cells.x.std(0), 1e-6)
-    design, weight = (cells.x - mean) / deviation, cells.weight()
-    weight /= weight.mean()
-    inputs = design.shape[1]
-    state = [random.normal(0, inputs**-0.5, (inputs, hidden)), np.zeros(hidden), random.normal(0, 0.1, hidden), np.zeros(1)]
-    first, second = [0 * part for part in state], [0 * part for part in state]
-    for step in range(1, steps + 1):
-        picked = random.integers(0, len(design), batch)
-        units = np.tanh(design[picked] @ state[0] + state[1])
-        error = (1 / (1 + np.exp(-units @ state[2] - state[3])) - cells.solid[picked]) * weight[picked] / batch
-        back = np.outer(error, state[2]) * (1 - units**2)
-        slopes = [design[picked].T @ back, back.sum(0), units.T @ error, error.sum(keepdims=True)]
-        for part, slope in enumerate(slopes):
-            first[part] = 0.9 * first[part] + 0.1 * slope
-            second[part] = 0.999 * second[part] + 0.001 * slope**2
-            along = first[part] / (1 - 0.9**step) / (np.sqrt(second[part] / (1 - 0.999**step)) + 1e-8)
-            state[part] = state[part] - 0.5 * rate * (1 + np.cos(np.pi * step / steps)) * (along + decay * state[part])
-    inner = state[0] / deviation[:, None]
-    inner = np.vstack([inner, state[1] - mean @ inner]).T
-    return {"inner": inner, "outer": state[2], "bias": state[3]}
 
 
 def logit(model, cells):
@@ -98,23 +75,20 @@ def main():
     parser.add_argument("--release", type=float, default=0.5, help="how far under 0 an obstacle is given up")
     arguments = parser.parse_args()
     cells = Cells(arguments.cells)
-    model = fit(cells, arguments.hidden, arguments.steps, arguments.seed)
+    model = fit(cells.x, cells.solid, cells.weight(), arguments.hidden, arguments.steps, arguments.seed, batch=4096, rate=4e-3)
     model["bias"] = model["bias"] + arguments.shift
     recordings = len(set(cells.recording))
     print(f"{len(cells.solid)} cells of {recordings} recordings, {int(cells.solid.sum())} solid")
     if arguments.validate:
         check = Cells(arguments.validate)
         table(check, logit(model, check), (-2, -1, -0.5, 0, 0.5, 1, 2))
-    save_file(
-        {name: np.ascontiguousarray(part, np.float32) for name, part in model.items()},
-        arguments.output,
-        metadata={
-            "format": "map-reliability",
-            "inputs": cells.names,
-            "release": str(arguments.release),
-            "origin": f"trained by weights/train_map.py on {len(cells.solid)} cells of {recordings} simulated recordings",
-        },
-    )
+    metadata = {
+        "format": "map-reliability",
+        "inputs": cells.names,
+        "release": str(arguments.release),
+        "origin": f"trained by weights/train_map.py on {len(cells.solid)} cells of {recordings} simulated recordings",
+    }
+    write(model, arguments.output, metadata)
 
 
 if __name__ == "__main__":

@@ -17,7 +17,9 @@ import pathlib
 
 import numpy as np
 from safetensors import safe_open
-from safetensors.numpy import load_file, save_file
+from safetensors.numpy import load_file
+
+from perceptron import fit, write
 
 SOLID, PASSABLE, GLASS, IMAGE, EDGE = range(5)
 PASSABLE_CLASS, FREE_CLASS, UNKNOWN_CLASS = 3, 1, 0
@@ -63,30 +65,6 @@ def weigh(cells, chosen):
         part = chosen & solid & (cells.bright == bright)
         weight[part] *= rare[part] / rare[part].mean()
     return weight * chosen.sum()
-
-
-def fit(x, solid, weight, hidden, steps, seed, batch=2048, rate=3e-3, decay=1e-4):
-    """inner (hidden x inputs + 1), outer (hidden) and bias of units of tanh: Adam on weighted cross entropy, half a cosine."""
-    random = np.random.default_rng(seed)
-    mean, deviation = x.mean(0), np.maximum(x.std(0), 1e-6)
-    design, weight = (x - mean) / deviation, weight / weight.mean()
-    inputs = design.shape[1]
-    state = [random.normal(0, inputs**-0.5, (inputs, hidden)), np.zeros(hidden), random.normal(0, 0.1, hidden), np.zeros(1)]
-    first, second = [0 * part for part in state], [0 * part for part in state]
-    for step in range(1, steps + 1):
-        picked = random.integers(0, len(design), batch)
-        units = np.tanh(design[picked] @ state[0] + state[1])
-        error = (1 / (1 + np.exp(-units @ state[2] - state[3])) - solid[picked]) * weight[picked] / batch
-        back = np.outer(error, state[2]) * (1 - units**2)
-        slopes = [design[picked].T @ back, back.sum(0), units.T @ error, error.sum(keepdims=True)]
-        for part, slope in enumerate(slopes):
-            first[part] = 0.9 * first[part] + 0.1 * slope
-            second[part] = 0.999 * second[part] + 0.001 * slope**2
-            along = first[part] / (1 - 0.9**step) / (np.sqrt(second[part] / (1 - 0.999**step)) + 1e-8)
-            state[part] = state[part] - 0.5 * rate * (1 + np.cos(np.pi * step / steps)) * (along + decay * state[part])
-    inner = state[0] / deviation[:, None]
-    inner = np.vstack([inner, state[1] - mean @ inner]).T
-    return {"inner": inner, "outer": state[2], "bias": np.repeat(state[3], 2)}
 
 
 def logit(model, cells):
@@ -175,18 +153,16 @@ def train(arguments):
     chosen |= (cells.label == GLASS) & (cells.points >= 2)
     weight = weigh(cells, chosen)[chosen]
     solid = (cells.label != PASSABLE)[chosen].astype(float)
-    model = fit(cells.x[chosen], solid, weight, arguments.hidden, arguments.steps, arguments.seed)
+    model = fit(cells.x[chosen], solid, weight, arguments.hidden, arguments.steps, arguments.seed, batch=2048, rate=3e-3)
+    model["bias"] = np.repeat(model["bias"], 2)
     print(f"{chosen.sum()} cells of {len(set(cells.seed))} scenes, {int(solid.sum())} solid")
     check = Cells(arguments.validate)
     of = check.judged()
     print(f"validation: AUC {auc(logit(model, check)[of], (check.label != PASSABLE)[of]):.4f}")
     model = lay_thresholds(check, model, arguments.least_returns, arguments.solid)
     origin = f"trained by weights/train_solidity.py on {chosen.sum()} cells of {len(set(cells.seed))} simulated scenes"
-    save_file(
-        {name: np.ascontiguousarray(part, np.float32) for name, part in model.items()},
-        arguments.output,
-        metadata={"format": "lidar-solidity", "inputs": cells.meta["inputs"], "least_returns": str(arguments.least_returns), "origin": origin},
-    )
+    metadata = {"format": "lidar-solidity", "inputs": cells.meta["inputs"], "least_returns": str(arguments.least_returns), "origin": origin}
+    write(model, arguments.output, metadata)
     table("validation", check, by_model(check, arguments.output))
 
 

@@ -14,8 +14,8 @@ use crate::stage::camera::drm::Drm;
 use crate::stage::camera::map_reliability::{self, MapReliability, knows_cells_of};
 use crate::stage::lidar::solidity::{self, SolidityModel};
 
-/// The bytes of the weight files that a configuration names, or else that limpid comes with: what a result depends on beside its
-/// parameters.
+/// The bytes of the weight files that a configuration names, or else that limpid comes with, of the camera's network, of map
+/// reliability and of solidity: what a result depends on beside its parameters.
 ///
 /// # Errors
 /// [`Error::File`].

@@ -48,6 +48,16 @@ fn truth_is_inflated_by_the_maps_own_law() {
 }
 
 #[test]
+fn a_false_obstacle_blocks_the_free_cells_around_it_but_for_borders() {
+    // Of cells 0 to 2 and 8 the border's neighbours 2 and 8 are left out.
+    let blocked: Vec<u16> = (0..10).map(|cell| row().free_within(cell, 2)).collect();
+    assert_eq!(blocked, [2, 2, 2, 1, 0, 0, 0, 0, 0, 0]);
+    // In the plane a disc of radius 2 has 13 cells; at the edge and in the corner of the window less of it is there.
+    let open = TrueWindow::new(&truth(grid(7, 7), &[FREE; 49]), &grid(7, 7), &config()).unwrap();
+    assert_eq!([24, 21, 0].map(|cell| open.free_within(cell, 2)), [13, 9, 6]);
+}
+
+#[test]
 fn a_perfect_map_scores_perfectly() {
     let perfect = tally(&row().costs, &row());
     // F_gt: cells 0, 1, 2 and 8; cells 2 and 8 lie beside the border, 1 a cell further.

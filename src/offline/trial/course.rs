@@ -11,7 +11,7 @@ use super::robot::Limits;
 use super::setup::{Scenario, Setup, half_diagonal};
 use super::world::World;
 use crate::base::{Error, Result};
-use crate::config::Config;
+use crate::config::{Config, Method};
 use crate::gpu::Context;
 use crate::mapper::weight_files;
 use crate::output::save_file;
@@ -39,7 +39,7 @@ impl CameraMode {
 }
 
 /// Raised whenever the same settings give another trial.
-const EDITION: u32 = 4;
+const EDITION: u32 = 5;
 
 /// Where sensors die in scenario `dying`, seconds after the robot was sent.
 const DIES_S: f64 = 6.0;
@@ -57,8 +57,8 @@ pub struct Course {
     pub limits: Limits,
     /// Where records are kept; `None`: nowhere.
     pub keep: Option<PathBuf>,
-    /// Weights of the network, as far as they change results.
-    weights: u64,
+    /// The weight files, in the order of [`weight_files`].
+    weights: Vec<u64>,
 }
 
 /// One trial to be made.
@@ -94,12 +94,11 @@ impl Course {
         if !(0.0..=0.5).contains(&drift) {
             return Err(Error::Config { key: "drift".into(), reason: format!("{drift} is not in [0, 0.5]") });
         }
-        let mut hasher = DefaultHasher::new();
-        weight_files(&config)?.hash(&mut hasher);
+        let weights = weight_files(&config)?.iter().map(fingerprint).collect();
         if let Some(folder) = &keep {
             std::fs::create_dir_all(folder).map_err(Error::file(folder))?;
         }
-        Ok(Self { config, camera, drift, limits, keep, weights: hasher.finish() })
+        Ok(Self { config, camera, drift, limits, keep, weights })
     }
 
     /// All trials of a scenario, those of a seed together.
@@ -175,13 +174,22 @@ impl Course {
 
     /// Changes with whatever changes a trial, so that kept ones are used only where they still hold.
     fn settings(&self, trial: &Trial) -> String {
-        let Self { camera, drift, limits, weights, .. } = self;
-        let version = env!("CARGO_PKG_VERSION");
-        format!(
-            "{version} edition {EDITION} {camera:?} {drift} {limits:?} weights {weights:x} {:?}",
-            trial.setup
-        )
+        let Self { camera, drift, limits, .. } = self;
+        let (version, setup) = (env!("CARGO_PKG_VERSION"), &trial.setup);
+        let has_network =
+            setup.camera.as_ref().is_some_and(|camera| matches!(camera.method, Method::Drm | Method::Auto));
+        // Those of the camera's network, of its map's reliability, of the lidar's solidity.
+        let runs = [has_network, has_network, setup.lidar.is_some()];
+        let weights: Vec<u64> =
+            self.weights.iter().zip(runs).filter_map(|(&weights, runs)| runs.then_some(weights)).collect();
+        format!("{version} edition {EDITION} {camera:?} {drift} {limits:?} weights {weights:x?} {setup:?}")
     }
+}
+
+fn fingerprint(bytes: &Vec<u8>) -> u64 {
+    let mut hasher = DefaultHasher::new();
+    bytes.hash(&mut hasher);
+    hasher.finish()
 }
 
 /// A kept record that was made with the same settings.
