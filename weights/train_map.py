@@ -4,7 +4,7 @@
     python weights/train_map.py cells/*/*.safetensors --validate validation/*/*.safetensors -o weights/map-reliability.safetensors
 
 Sixteen units of tanh on the inputs, and a weight for each; the same seed and cells give the same file on the same machine. A true
-obstacle weighs 1. A free cell weighs what it costs the map when it is called an obstacle: the truly free cells that inflation would
+obstacle weighs 1 (under severe glare, where phantoms are many and false rates have room, `--glare`). A free cell weighs what it costs the map when it is called an obstacle: the truly free cells that inflation would
 block around it (`blocks`), so that a cell right before a wall costs little and one in a passage much; cells that people come into or leave weigh CHANGING times as much. `--shift` moves the threshold
 after training; `limpid eval --frontier` with `learned_weights: FILE` shows what the map makes of it."""
 
@@ -36,8 +36,13 @@ class Cells:
         self.blocks = np.concatenate([columns["blocks"] for columns, _ in files]).astype(float)
         self.recording = np.concatenate([np.array(meta["recordings"].split(","))[columns["recording"]] for columns, meta in files])
 
-    def weight(self):
-        return np.where(self.solid > 0, 1.0, LEAST_WEIGHT + self.blocks / BLOCKED_FOR_ONE) * np.where(self.changes, CHANGING, 1.0)
+    def level(self):
+        """Glare level in the recording's name, where there is one."""
+        return np.array([next((part for part in name.split("-") if part in ("L0", "L1", "L2")), "?") for name in self.recording])
+
+    def weight(self, glare):
+        solid = np.where(self.level() == "L2", glare, 1.0)
+        return np.where(self.solid > 0, solid, LEAST_WEIGHT + self.blocks / BLOCKED_FOR_ONE) * np.where(self.changes, CHANGING, 1.0)
 
 
 def metadata(path):
@@ -53,7 +58,7 @@ def logit(model, cells):
 
 def table(cells, value, biases):
     """Of the judged cells, by level: obstacles found, and cells blocked by false obstacles a thousand judged cells."""
-    level = np.array([next((part for part in name.split("-") if part in ("L0", "L1", "L2")), "?") for name in cells.recording])
+    level = cells.level()
     print("| bias | " + " | ".join(f"{name} found, blocked" for name in sorted(set(level))) + " |")
     print("|---" * (1 + len(set(level))) + "|")
     for bias in biases:
@@ -71,11 +76,12 @@ def main():
     parser.add_argument("--hidden", type=int, default=16)
     parser.add_argument("--steps", type=int, default=8000)
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--glare", type=float, default=1.0, help="weight of obstacles under severe glare (L2)")
     parser.add_argument("--shift", type=float, default=0.0, help="added to the bias that training came to")
     parser.add_argument("--release", type=float, default=0.5, help="how far under 0 an obstacle is given up")
     arguments = parser.parse_args()
     cells = Cells(arguments.cells)
-    model = fit(cells.x, cells.solid, cells.weight(), arguments.hidden, arguments.steps, arguments.seed, batch=4096, rate=4e-3)
+    model = fit(cells.x, cells.solid, cells.weight(arguments.glare), arguments.hidden, arguments.steps, arguments.seed, batch=4096, rate=4e-3)
     model["bias"] = model["bias"] + arguments.shift
     recordings = len(set(cells.recording))
     print(f"{len(cells.solid)} cells of {recordings} recordings, {int(cells.solid.sum())} solid")

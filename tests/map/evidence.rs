@@ -77,9 +77,9 @@ pub(super) fn cells_of_a_walk(config: &Config) -> (usize, usize, usize, usize) {
             (-12..=12).flat_map(|y| (30..36).map(move |x| (f64::from(x) * 0.05 + 0.01, f64::from(y) * 0.05)));
         places.filter(|(x, y)| lethal(out, *x, *y)).count()
     };
-    let quiet = run(config, &scenes(&[(room(&[]), 4)], 3));
+    let quiet = run(config, &scenes(&[(room(&[]), 34)], 3));
     let seen = out[10..20].iter().map(path).min().unwrap_or(0);
-    (seen, path(&out[33]), lethal_cells(&out[33]), lethal_cells(&quiet[3]))
+    (seen, path(&out[33]), lethal_cells(&out[33]), lethal_cells(&quiet[33]))
 }
 
 #[test]
