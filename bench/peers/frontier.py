@@ -42,16 +42,17 @@ def main():
     files = dict(argument.split("=", 1) for argument in arguments.evals)
     levels = {name: json.loads(pathlib.Path(path).read_text())["levels"] for name, path in files.items()}
     names = sorted(set().union(*levels.values()))
-    figure, panels = pyplot.subplots(1, len(names), figsize=(4.2 * len(names), 3.8), layout="constrained", squeeze=False)
+    figure, panels = pyplot.subplots(1, len(names), figsize=(2.6 + 4.0 * len(names), 3.6), layout="constrained", squeeze=False)
     for panel, level in zip(panels[0], names):
         for color, (name, of) in zip(COLORS, levels.items()):
             draw(panel, name, of[level], color)
-        panel.set(title=level, xlabel="FOR: free cells called occupied", xscale="symlog", ylim=(None, 1))
+        panel.set(title=level, xlabel="FOR: free cells called occupied", ylim=(None, 1))
         panel.set_xscale("symlog", linthresh=0.02)
         panel.set_xlim(0, 1)
         panel.grid(alpha=0.3)
     panels[0][0].set_ylabel("OR: obstacle cells that are lethal")
-    panels[0][-1].legend(fontsize=6.5, loc="lower right")
+    handles, labels = panels[0][-1].get_legend_handles_labels()
+    figure.legend(handles, labels, fontsize=8, loc="outside right center")
     figure.savefig(arguments.output, dpi=110)
 
 

@@ -266,5 +266,5 @@ fn weight_files_of_another_kind_are_refused() {
         bytes
     };
     assert!(refused(&changed(b"through,", b"Through,")).contains("`inputs`"));
-    assert!(refused(&changed(b"\"release\":\"0.", b"\"release\":\"-.")).contains("`release`"));
+    assert!(refused(&changed(b"\"release\": \"0.", b"\"release\": \"-.")).contains("`release`"));
 }
