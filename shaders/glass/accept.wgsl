@@ -23,6 +23,10 @@ const OPEN_SHARE = 0.3;
 const LEAST_BEAMS = 3u;
 // A frame is no wider than this, metres; a wall ends the pane.
 const WIDEST_FRAME_M = 0.75;
+// A sheet of glass is no wider than this, metres (float glass is made 3.21 m wide); a line of squares has a frame where this
+// share of its beams ends on the plane.
+const WIDEST_SHEET_M = 3.0;
+const LEAST_ON_FRAME = 0.08;
 // A pane stands in a frame or wall: z of the normal below that of 45 degrees. Beams that slip past edges onto the ground give
 // two returns too, and the ground is flat.
 const LEAST_LYING = 0.7;
@@ -30,8 +34,7 @@ const LEAST_LYING = 0.7;
 const NEAR_PANE_M = 0.3;
 // Beside the patch where glass always shows, times its half width: from 20 to 32 degrees from head on, if it reaches to 16.
 const BESIDE_FROM = 1.3;
-const BESIDE_TO = 2.2;
-// Glass shows around the foot of the sensor's perpendicular, as far as BESIDE_TO times the half width at most: at least this
+// Glass shows around the foot of the sensor's perpendicular, as far as SHOWS_TO times the half width at most: at least this
 // share of the beams that show glass lies there. Edges of things that happen to lie in one plane lie anywhere on it.
 const LEAST_AROUND_FOOT = 0.5;
 // A sensor that gives two returns shows glass by them, where light comes back from behind it.
@@ -83,7 +86,7 @@ fn off_foot(u: u32, v: u32) -> f32 {
 // Counts what an upright line of squares shows around the foot, by rings.
 fn count_rings(line: u32) {
     let reach = reach_m();
-    let around = u32(min(BESIDE_TO * reach / SQUARE_M + 1.0, 32.0));
+    let around = u32(min(SHOWS_TO * reach / SQUARE_M + 1.0, 32.0));
     let begin = max(bounds.z, SURVEY_HIGH / 2u - around);
     let end = min(bounds.w + 1u, SURVEY_HIGH / 2u + around);
     let away = abs(f32(line) + 0.5 - 0.5 * f32(SURVEY_WIDE));
@@ -92,7 +95,7 @@ fn count_rings(line: u32) {
         let counts = counts_at(line, v);
         let ring = u32(f32(RINGS_TO_REACH) * off / max(reach, 1e-3));
         let half = select(0u, RINGS, 2u * line >= SURVEY_WIDE);
-        if off < BESIDE_TO * reach && counts.x > 0u {
+        if off < SHOWS_TO * reach && counts.x > 0u {
             atomicAdd(&around_foot, counts.x);
         }
         if ring < RINGS {
@@ -184,7 +187,7 @@ fn beams_at(line: u32) -> vec4<u32> {
         for (var row = bounds.z; row < bounds.w + 1u; row++) {
             let v = SQUARE_M * (f32(row) + 0.5 - 0.5 * f32(SURVEY_HIGH));
             let off = length(vec2(u, v));
-            let beside = abs(v) < reach && off > BESIDE_FROM * reach && off < BESIDE_TO * reach;
+            let beside = abs(v) < reach && off > BESIDE_FROM * reach && off < SHOWS_TO * reach;
             let shown = survey[SHOWN * SURVEY_SQUARES + row * SURVEY_WIDE + line];
             let counts = counts_at(line, row);
             let ends = select(0u, counts.x + counts.y + counts.z, beside);
@@ -216,23 +219,35 @@ fn core(lines: u32) -> vec2<u32> {
     return vec2(first, max(first, last));
 }
 
-// Goes on from `from` while the lines show glass or a view through, over frames but not over walls.
-fn grow(from_line: u32, lines: u32, up: bool) -> u32 {
+// Whether the scan has beams with two returns: then glass shows by them, and what ends on the plane by one is none, however dim.
+fn gives_two() -> bool {
+    return glass_counters[COUNT_DUAL] >= glass_params.min_inliers;
+}
+
+// Goes on from `from_line` while the lines show glass or a view through, over frames but not over walls. Along u no farther
+// than a sheet is wide from a line that shows glass or has something on the plane: beyond, the way beside it is open.
+fn grow(from_line: u32, lines: u32, up: bool, along_u: bool) -> u32 {
     var end = from_line;
+    var reached = from_line;
     var closed = 0u;
+    var bare = 0u;
     let most = u32(WIDEST_FRAME_M / SQUARE_M);
+    let widest = select(lines, u32(WIDEST_SHEET_M / SQUARE_M), along_u);
     for (var k = 1u; k < lines; k++) {
         let line = select(from_line - k, from_line + k, up);
-        if (up && line >= lines) || (!up && k > from_line) || closed > most || is_air(line) {
+        if (up && line >= lines) || (!up && k > from_line) || closed > most || bare > widest || is_air(line) {
             break;
         }
         let sum = sums[line];
         let beams = sum.x + sum.y + sum.z + sum.w;
-        let open = f32(sum.x + sum.y + sum.w) >= OPEN_SHARE * f32(beams);
+        let open = f32(sum.x + select(sum.y, 0u, gives_two()) + sum.w) >= OPEN_SHARE * f32(beams);
+        let bounded = f32(sum.x + sum.y + sum.z) >= LEAST_ON_FRAME * f32(beams);
         if beams >= LEAST_BEAMS {
             closed = select(closed + 1u, 0u, open);
-            end = select(end, line, open);
+            reached = select(reached, line, open);
         }
+        bare = select(bare + 1u, 0u, bounded && beams > 0u);
+        end = select(end, reached, bare == 0u || !along_u);
     }
     return end;
 }
@@ -323,7 +338,7 @@ fn accept(@builtin(local_invocation_index) lane: u32) {
                 bounds = vec4(widest_part(), bounds.zw);
                 core_ends = bounds.xy;
             }
-            let u = vec2(grow(bounds.x, SURVEY_WIDE, false), grow(bounds.y, SURVEY_WIDE, true));
+            let u = vec2(grow(bounds.x, SURVEY_WIDE, false, true), grow(bounds.y, SURVEY_WIDE, true, true));
             bounds = select(bounds, vec4(u, bounds.zw), tested);
             air_ends = vec2(is_air(max(u.x, 1u) - 1u), is_air(min(u.y + 1u, SURVEY_WIDE - 1u)));
         }
@@ -331,7 +346,7 @@ fn accept(@builtin(local_invocation_index) lane: u32) {
         measure(lane, false);
         workgroupBarrier();
         for (var once = 0u; once < turns_if(lane == 0u && tested); once++) {
-            let v = vec2(grow(bounds.z, SURVEY_HIGH, false), grow(bounds.w, SURVEY_HIGH, true));
+            let v = vec2(grow(bounds.z, SURVEY_HIGH, false, false), grow(bounds.w, SURVEY_HIGH, true, false));
             bounds = select(bounds, vec4(bounds.xy, v), tested);
         }
         workgroupBarrier();
@@ -345,8 +360,7 @@ fn accept(@builtin(local_invocation_index) lane: u32) {
         }
         // What shines head on and yet stops the beams beside is a wall with a gloss.
         let wall = sum.y == 0u && sum.z > sum.w;
-        let dual = glass_counters[COUNT_DUAL] >= glass_params.min_inliers;
-        let single = dual && f32(sum.y) < LEAST_DUAL * f32(shown_in_all);
+        let single = gives_two() && f32(sum.y) < LEAST_DUAL * f32(shown_in_all);
         accepted = accepted && sum.x >= glass_params.min_behind && !wall && !single;
     }
     workgroupBarrier();

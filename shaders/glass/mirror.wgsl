@@ -85,13 +85,13 @@ fn put_images(slot: u32, image: Four, wanted: vec4<bool>) {
     }
 }
 
-fn mirror_four(p: Four, usable: vec4<bool>) {
+fn mirror_four(p: Four, has_place: vec4<bool>, usable: vec4<bool>) {
     let slots = pane_slots();
     for (var k = 0u; k < slots; k++) {
         let pane = pane_at(k);
         let before = pane.normal.w - along(pane.normal.xyz, p);
         let mirrors = usable & (before > vec4(FRONT_M)) & vec4(pane.id != 0u);
-        let depths = select(vec4(0.0), before, mirrors);
+        let depths = select(vec4(0.0), before, has_place & vec4(pane.id != 0u));
         let depth_mm = u32(max(max(depths.x, depths.y), max(depths.z, depths.w)) * MM_PER_M);
         if depth_mm > atomicLoad(&pane_counts[k * PANE_COUNTS + ROOM_DEPTH]) {
             atomicMax(&pane_counts[k * PANE_COUNTS + ROOM_DEPTH], depth_mm);
@@ -167,6 +167,6 @@ fn mirror(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups)
         for (var once = 0u; once < turns_if(any(meets)); once++) {
             list_met(first, cell >> vec4(1u), meets);
         }
-        mirror_four(p, has_place & unmet & ((cell & vec4(1u)) == vec4(0u)));
+        mirror_four(p, has_place, has_place & unmet & ((cell & vec4(1u)) == vec4(0u)));
     }
 }

@@ -229,7 +229,14 @@ fn take_in(number: u32) {
     let old = kept.panes[slot];
     let ends = ends_in(old, fresh, number);
     var current = seen;
-    if is_same(old, fresh) && !is_past_end(slot, ends) {
+    let known = is_same(old, fresh) && !is_past_end(slot, ends);
+    if known && old.hits <= LEAST_HITS_BEFORE && is_behind(seen, number) {
+        // Found in the same scan as what it is seen through.
+        kept.panes[slot].id = 0u;
+        shown[slot].id = 0u;
+        return;
+    }
+    if known {
         let seen_extent = extent_in(old, fresh);
         fresh = ended(slot, refined(old, fresh), seen_extent, ends);
         // This scan's own plane fits it best, as poses have errors; the boundaries are the kept ones.

@@ -11,6 +11,13 @@ const GRAZING_COS = 0.17;
 // Beams that an invocation counts, so that the plane is read once for them.
 const EACH = 8u;
 
+// Cosine of the angle from head on beyond which glass shows no more: what ends on its plane there, by one return, is wall or frame,
+// however dim.
+fn far_cos() -> f32 {
+    let slope = SHOWS_TO * sqrt(max(1.0 / (glass_params.visible_cos * glass_params.visible_cos) - 1.0, 0.0));
+    return inverseSqrt(1.0 + slope * slope);
+}
+
 fn count_beam(place: u32, plane: vec4<f32>, level: vec4<f32>) {
     let first = beam_cells[2u * place];
     if first == NONE {
@@ -28,7 +35,8 @@ fn count_beam(place: u32, plane: vec4<f32>, level: vec4<f32>) {
             return;
         }
         let shown = (candidate_bits[place / 32u] & (1u << (place % 32u))) != 0u;
-        let dim = level.w <= 0.0 || point.w < level.w;
+        let shows = along > far_cos() * length(point.xyz);
+        let dim = shows && (level.w <= 0.0 || point.w < level.w);
         let dual = two_returns(first, beam_cells[2u * place + 1u]);
         var kind = select(select(BRIGHT, DIM, dim), select(SHINING, SHOWN, dual), shown);
         kind = select(kind, BEYOND, over >= glass_params.plane_tolerance_m);

@@ -195,3 +195,27 @@ fn truth_a_grazing_pane_is_not_found_and_a_kept_one_still_labels_by_it() {
         assert!(20 * in_place <= behind.count(), "{in_place} stay inside");
     }
 }
+
+#[test]
+fn truth_a_room_is_as_deep_as_all_that_is_seen_in_it() {
+    if skipped() {
+        return;
+    }
+    // A pane across the room behind the sensor: what lies beyond it meets that pane first, and is mirrored in the other all the same.
+    let room = GlassRoom { yaw: 0.0, ..GlassRoom::default() };
+    let (scan, truth) = room.scan();
+    let mut labeller = Labeller::open(&Config::default(), &scan, None, false).unwrap();
+    let pane = labeller.label(&scan, pose(&room)).unwrap().panes[0];
+    let across =
+        Pane { normal: Vec4::new(-1.0, 0.0, 0.0, 1.5), level: Vec4::new(0.0, 1.0, 0.0, 30.0), id: 9, ..pane };
+    let across = Pane { extent_m: Vec4::new(-5.0, 5.0, -5.0, 5.0), hits: 5, ..across }.moved(pose(&room));
+    labeller.load(set(vec![pane.moved(pose(&room)), across])).unwrap();
+    let labelled = labeller.label(&scan, pose(&room)).unwrap();
+    assert_eq!(labelled.panes.len(), 2);
+    let of_reflections = |wanted: PointClass| {
+        let pairs = truth.iter().zip(&labelled.classes);
+        pairs.filter(|(truth, (class, _))| truth.class == PointClass::Reflection && *class == wanted).count()
+    };
+    let (real, mirrored) = (of_reflections(PointClass::Outside), of_reflections(PointClass::Reflection));
+    assert!(mirrored > 500 && 50 * real < mirrored, "{real} outside, {mirrored} mirrored");
+}

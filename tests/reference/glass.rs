@@ -195,14 +195,14 @@ impl View<'_> {
         (self.scan.column_of(self.scan.places_m[index]), self.scan.beams[index].1)
     }
 
-    /// Mirrors all first returns before the pane (step 1).
+    /// Mirrors all first returns before the pane (step 1); how deep the room is, every point tells.
     fn mirror(&mut self) {
         for (p, beam) in self.scan.places_m.iter().zip(self.scan.beams) {
             let before_m = -self.over(*p);
+            self.deepest_m = self.deepest_m.max(before_m);
             if beam.2 != 0 || self.meets(*p) || before_m <= 0.1 {
                 continue;
             }
-            self.deepest_m = self.deepest_m.max(before_m);
             let image = self.mirrored_m(*p);
             if let Some(row) = (self.scan.row_of)(image).filter(|_| self.through(image)) {
                 let cell = (self.scan.column_of(image), row);

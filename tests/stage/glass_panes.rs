@@ -152,6 +152,49 @@ fn truth_a_pane_ends_where_beams_go_on_that_glass_would_return() {
 }
 
 #[test]
+fn truth_a_view_through_is_a_pane_no_farther_than_a_sheet_is_wide() {
+    if skipped() {
+        return;
+    }
+    let list = [[4.0, 0.3, 0.0, 20.0]; 50];
+    let metres = |square: usize| (square as f32 - 64.0) * 0.25;
+    // Glass as far as it shows from the foot, u = 64; beyond, 4 m of a view through to a wall.
+    let beside = |u: usize, v: usize| match (u, v) {
+        (60..=70, 30..=34) => SHOWN,
+        (71..=86, 30..=34) => BEYOND,
+        (_, 20..=45) => BRIGHT,
+        _ => [0; 5],
+    };
+    let end =
+        |counts: &dyn Fn(usize, usize) -> [u32; 5]| first_pane(&accept(&survey(counts), &list, 0.0)).0.y;
+    assert_eq!(end(&beside), metres(71));
+    // With a post in it, narrower than a square, it goes on to the wall.
+    let post =
+        |u: usize, v: usize| if u == 80 && (30..=34).contains(&v) { [0, 0, 1, 5, 0] } else { beside(u, v) };
+    assert_eq!(end(&post), metres(87));
+    // So it does where the wall is nearer.
+    let near = |u: usize, v: usize| if u > 80 && (20..=45).contains(&v) { BRIGHT } else { beside(u, v) };
+    assert_eq!(end(&near), metres(81));
+}
+
+#[test]
+fn truth_what_stops_beams_among_dual_returns_is_no_pane_however_dim() {
+    if skipped() {
+        return;
+    }
+    let list = [[4.0, 0.3, 0.0, 20.0]; 50];
+    let squares = survey(|u, v| match (u, v) {
+        (60..=66, 30..=34) => SHOWN,
+        (67..=72, 30..=34) => [0, 9, 0, 0, 0],
+        (_, 20..=45) => BRIGHT,
+        _ => [0; 5],
+    });
+    let end = |dual: u32| first_pane(&accept_in(&squares, &list, 0.0, dual)).0.y;
+    let metres = |square: usize| (square as f32 - 64.0) * 0.25;
+    assert_eq!([end(0), end(500)], [metres(73), metres(67)]);
+}
+
+#[test]
 fn truth_edges_away_from_the_foot_and_peaks_alone_among_dual_returns_are_no_pane() {
     if skipped() {
         return;

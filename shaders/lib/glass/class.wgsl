@@ -22,7 +22,7 @@ fn label_meeting(slots: vec4<u32>) -> vec4<u32> {
 const PANE_COUNTS = 8u;
 const REFLECTIONS = 0u;     // points behind shown to be reflections
 const OUTSIDES = 1u;        // points behind shown to be real
-const ROOM_DEPTH = 2u;      // how far the mirrored room reaches behind the pane, millimetres
+const ROOM_DEPTH = 2u;      // how far what was measured reaches before the pane, and so its image behind it, millimetres
 const SHOWING = 3u;         // head-on beams that end on it
 const PASSING = 4u;         // head-on beams that end behind it
 

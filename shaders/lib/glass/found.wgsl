@@ -17,6 +17,9 @@ const SURVEY_HIGH = 64u;
 const SURVEY_SQUARES = 8192u;
 const SQUARE_M = 0.25;
 
+// Glass shows no farther from head on than this many times the angle at which it always does, as tangents.
+const SHOWS_TO = 2.2;
+
 const SHOWN = 0u;       // beams that end on the plane and have a second return
 const DIM = 1u;         // others that end on it as weak as glass
 const BRIGHT = 2u;      // others that end on it
