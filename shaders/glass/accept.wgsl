@@ -48,6 +48,12 @@ const LEAST_IN_RING = 0.3;
 const LEAST_NEAR = 6u;
 const LEAST_SHOWING = 0.2;
 
+// Within this share of the patch where glass always shows no more than this share of the beams goes on without showing it, if
+// there are enough: strings, grilles and plants give two returns in a plane too, and let some beams through wherever they are met.
+const HEAD_ON_SHARE = 0.5;
+const MOST_PASSING = 0.05;
+const LEAST_HEAD_ON = 30u;
+
 // Lines of squares past an end at open air whose beams count as going on.
 const PAST_END = 8u;
 
@@ -57,6 +63,7 @@ var<workgroup> ring_beams: array<atomic<u32>, 16>;
 var<workgroup> air_ends: vec2<bool>;   // whether the pane ends at open air where u is least, where it is largest
 var<workgroup> core_ends: vec2<u32>;   // first and last line that shows glass
 var<workgroup> visible_m: f32;         // how far from the foot glass shows in this scan, metres
+var<workgroup> heads: array<vec2<u32>, LANES>;   // beams met head on that show glass, and that go on
 var<workgroup> nears: array<vec2<u32>, LANES>;
 var<workgroup> sums: array<vec4<u32>, LANES>;
 var<workgroup> bounds: vec4<u32>;      // first and last square of u, first and last of v
@@ -192,6 +199,18 @@ fn beams_at(line: u32) -> vec4<u32> {
             let counts = counts_at(line, row);
             let ends = select(0u, counts.x + counts.y + counts.z, beside);
             sum += vec4(shown + counts.w, shown, ends, select(0u, counts.w, beside));
+        }
+    }
+    return sum;
+}
+
+// Of an upright line of squares of the pane, beams met head on that show glass and that go on without.
+fn head_on_at(line: u32) -> vec2<u32> {
+    var sum = vec2(0u);
+    if line >= bounds.x && line <= bounds.y {
+        for (var row = bounds.z; row < bounds.w + 1u; row++) {
+            let counts = counts_at(line, row);
+            sum += select(vec2(0u), counts.xw, off_foot(line, row) < HEAD_ON_SHARE * reach_m());
         }
     }
     return sum;
@@ -352,16 +371,21 @@ fn accept(@builtin(local_invocation_index) lane: u32) {
         workgroupBarrier();
     }
     sums[lane] = beams_at(lane);
+    heads[lane] = head_on_at(lane);
     workgroupBarrier();
     for (var once = 0u; once < turns_if(lane == 0u); once++) {
         var sum = vec4(0u);
+        var head_on = vec2(0u);
         for (var k = 0u; k < LANES; k++) {
             sum += sums[k];
+            head_on += heads[k];
         }
+        let all = head_on.x + head_on.y;
+        let strings = gives_two() && all >= LEAST_HEAD_ON && f32(head_on.y) > MOST_PASSING * f32(all);
         // What shines head on and yet stops the beams beside is a wall with a gloss.
         let wall = sum.y == 0u && sum.z > sum.w;
         let single = gives_two() && f32(sum.y) < LEAST_DUAL * f32(shown_in_all);
-        accepted = accepted && sum.x >= glass_params.min_behind && !wall && !single;
+        accepted = accepted && sum.x >= glass_params.min_behind && !wall && !single && !strings;
     }
     workgroupBarrier();
     let pane = pane_under_test();

@@ -4,10 +4,12 @@ use std::f64::consts::PI;
 
 use limpid::Config;
 use limpid::offline::eval::glass_scenes::{DriveTally, PoseNoise, drive};
-use limpid::sim::Scene;
-use limpid::sim::lidar::{Lidar, LidarModel};
+use limpid::offline::labeller::Labeller;
+use limpid::sim::generate::{Family, Level, generate};
+use limpid::sim::lidar::{Lidar, LidarModel, LidarSimulator};
 use limpid::sim::material::Material;
 use limpid::sim::scene::{Pane, Room};
+use limpid::sim::{Scene, Way};
 
 use crate::sim::{a_box, small_room};
 use crate::support::gpu::{context, skipped};
@@ -68,4 +70,25 @@ fn a_scene_without_a_lidar_is_refused() {
     let error = drive(&scene, &Config::default(), 2, &context(), (&[PoseNoise::default()], &mut tallies));
     assert!(error.unwrap_err().to_string().contains("lidar"));
     assert_eq!(tallies[0].scores().pane_recall, 0.0);
+}
+
+#[test]
+fn truth_a_curtain_of_strings_is_no_pane() {
+    if skipped() {
+        return;
+    }
+    let config = Config { glass_memory: false, ..Config::default() };
+    for seed in [5900, 5903, 5905] {
+        let mut scene = generate(Family::Curtain, Level::L0, seed, 30).unwrap();
+        scene.lidar = Some(Lidar { model: LidarModel::Vlp16, ..Lidar::default() });
+        let way = Way::of(&scene);
+        let mut simulator = LidarSimulator::with_context(&scene, &context()).unwrap();
+        let (simulated, _) = simulator.next_on(&way, u64::MAX).unwrap().unwrap();
+        let scan = simulated.scan;
+        let mut labeller = Labeller::on(&context(), &config, &scan).unwrap();
+        let labelled = labeller.label(&scan, limpid::base::Rigid::IDENTITY).unwrap();
+        let counters = labelled.counters;
+        assert!(counters.dual_returns > 100 && counters.refused_planes > 0, "{seed}: {counters:?}");
+        assert_eq!(counters.found_panes, 0, "{seed}: {:?}", labelled.panes);
+    }
 }

@@ -195,6 +195,30 @@ fn truth_what_stops_beams_among_dual_returns_is_no_pane_however_dim() {
 }
 
 #[test]
+fn truth_what_lets_beams_through_head_on_is_no_glass() {
+    if skipped() {
+        return;
+    }
+    let list = [[4.0, 0.3, 0.0, 20.0]; 50];
+    let strings = [4, 0, 0, 1, 0];
+    let panes = |from: usize, kind: [u32; 5], dual: u32| {
+        let squares = survey(|u, v| match (u, v) {
+            (60..=68, 30..=34) if u.abs_diff(64) >= from => kind,
+            (60..=68, 30..=34) => SHOWN,
+            (69..=72, 30..=34) => BEYOND,
+            (_, 20..=45) => BRIGHT,
+            _ => [0; 5],
+        });
+        found_panes(&accept_in(&squares, &list, 0.0, dual))
+    };
+    assert_eq!(panes(0, SHOWN, 500), 1);
+    assert_eq!(panes(0, strings, 500), 0);
+    // Away from head on glass lets beams through too, and so it does of a sensor that gives the stronger return alone.
+    assert_eq!(panes(4, strings, 500), 1);
+    assert_eq!(panes(0, strings, 0), 1);
+}
+
+#[test]
 fn truth_edges_away_from_the_foot_and_peaks_alone_among_dual_returns_are_no_pane() {
     if skipped() {
         return;
