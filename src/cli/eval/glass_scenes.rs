@@ -20,11 +20,14 @@ const POSES: [(&str, PoseNoise); 2] = [
     ("noisy poses", PoseNoise { place_m: 0.02, yaw_rad: 0.005 }),
 ];
 
-/// A scene of the family `glass` with an HDL-32E in dual mode.
-fn scene(seed: u64, scans: u32) -> Result<Scene> {
+/// A scene of the family `glass` with an HDL-32E in dual mode; without its panes it keeps their posts, sills and openings.
+fn scene(seed: u64, scans: u32, without_glass: bool) -> Result<Scene> {
     // A drive that is found is as long as the scans take; the last one ends a step later.
     let mut scene = generate(Family::Glass, Level::L0, seed, scans + 1)?;
     scene.trajectory.rate_hz = RATE_HZ;
+    if without_glass {
+        scene.panes.clear();
+    }
     scene.lidar = Some(Lidar { model: LidarModel::Hdl32e, rate_hz: RATE_HZ, ..Lidar::default() });
     Ok(scene)
 }
@@ -41,7 +44,7 @@ pub(super) fn execute(arguments: &EvalArguments, scenes: u32) -> Result<()> {
     let first = arguments.scenes.first_seed;
     for seed in (first..).take(scenes as usize) {
         let mut own = [DriveTally::default(), DriveTally::default()];
-        let scene = scene(seed, arguments.scans)?;
+        let scene = scene(seed, arguments.scans, arguments.without_glass)?;
         drive(&scene, &config, arguments.scans.into(), &context, (&noises, &mut own))?;
         print_row(&format!("{seed:<8}"), own[0].scans, &own[0].scores());
         rows.push(json!({ "seed": seed, "true_poses": own[0].scores(), "noisy_poses": own[1].scores() }));
@@ -50,6 +53,12 @@ pub(super) fn execute(arguments: &EvalArguments, scenes: u32) -> Result<()> {
     println!("\nall                {head}");
     for ((name, _), tally) in POSES.iter().zip(&pooled) {
         print_row(&format!("{name:<12}"), tally.scans, &tally.scores());
+    }
+    for ((name, _), tally) in POSES.iter().zip(&pooled).filter(|_| arguments.without_glass) {
+        println!(
+            "{name}: {} of {} scans were labelled by a pane that is none",
+            tally.with_panes, tally.scans
+        );
     }
     let Some(path) = &arguments.json else { return Ok(()) };
     let all = pooled.map(|tally| tally.scores());

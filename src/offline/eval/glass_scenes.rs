@@ -50,6 +50,8 @@ pub struct DriveScores {
     pub pane_precision: f64,
     /// Mean distance of panes in the map from the true ones, metres.
     pub pane_off_m: f64,
+    /// Of the scans those that were labelled by a pane.
+    pub scans_with_panes: f64,
 }
 
 /// Sums over drives.
@@ -63,6 +65,8 @@ pub struct DriveTally {
     pane_steps: u64,
     true_steps: u64,
     off_m: f64,
+    /// Scans that were labelled by a pane.
+    pub with_panes: u64,
     /// Scans so far.
     pub scans: u64,
 }
@@ -78,6 +82,7 @@ impl DriveTally {
             (&mut self.found_steps, other.found_steps),
             (&mut self.pane_steps, other.pane_steps),
             (&mut self.true_steps, other.true_steps),
+            (&mut self.with_panes, other.with_panes),
             (&mut self.scans, other.scans),
         ] {
             *own += other;
@@ -95,6 +100,7 @@ impl DriveTally {
             pane_recall: share(self.found_steps, self.seen_steps),
             pane_precision: share(self.true_steps, self.pane_steps),
             pane_off_m: self.off_m * share(1, self.found_steps),
+            scans_with_panes: share(self.with_panes, self.scans),
         }
     }
 }
@@ -245,6 +251,7 @@ impl Found {
 impl DriveTally {
     fn add(&mut self, scan: &Scan, truth: &[PointTruth], labelled: &LabelledScan, pose: Rigid) {
         self.scans += 1;
+        self.with_panes += u64::from(!labelled.panes.is_empty());
         self.points.add(scan, labelled);
         for ((point, truth), &(class, pane_id)) in scan.points.iter().zip(truth).zip(&labelled.classes) {
             if class != PointClass::Reflection || !truth.is_reflection() {
