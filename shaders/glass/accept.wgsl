@@ -48,8 +48,9 @@ const LEAST_IN_RING = 0.3;
 const LEAST_NEAR = 6u;
 const LEAST_SHOWING = 0.2;
 
-// Within this share of the patch where glass always shows no more than this share of the beams goes on without showing it, if
-// there are enough: strings, grilles and plants give two returns in a plane too, and let some beams through wherever they are met.
+// Within this share of the patch where glass always shows no more than this share of the beams goes on without showing it, in most
+// lines, if there are enough: strings, grilles and plants give two returns in a plane too, and let some beams through wherever
+// they are met.
 const HEAD_ON_SHARE = 0.5;
 const MOST_PASSING = 0.05;
 const LEAST_HEAD_ON = 30u;
@@ -63,7 +64,7 @@ var<workgroup> ring_beams: array<atomic<u32>, 16>;
 var<workgroup> air_ends: vec2<bool>;   // whether the pane ends at open air where u is least, where it is largest
 var<workgroup> core_ends: vec2<u32>;   // first and last line that shows glass
 var<workgroup> visible_m: f32;         // how far from the foot glass shows in this scan, metres
-var<workgroup> heads: array<vec2<u32>, LANES>;   // beams met head on that show glass, and that go on
+var<workgroup> heads: array<vec2<u32>, LANES>;   // beams met head on, by whether they show glass
 var<workgroup> nears: array<vec2<u32>, LANES>;
 var<workgroup> sums: array<vec4<u32>, LANES>;
 var<workgroup> bounds: vec4<u32>;      // first and last square of u, first and last of v
@@ -204,16 +205,22 @@ fn beams_at(line: u32) -> vec4<u32> {
     return sum;
 }
 
-// Of an upright line of squares of the pane, beams met head on that show glass and that go on without.
+// Of an upright line of squares of the pane, beams met head on: all, where next to none goes on; all, where some do and others show
+// glass. Beside open air, over a railing too, a square is partly air. Needs the sums of the lines of v.
 fn head_on_at(line: u32) -> vec2<u32> {
     var sum = vec2(0u);
     if line >= bounds.x && line <= bounds.y {
         for (var row = bounds.z; row < bounds.w + 1u; row++) {
             let counts = counts_at(line, row);
-            sum += select(vec2(0u), counts.xw, off_foot(line, row) < HEAD_ON_SHARE * reach_m());
+            let air = is_air(max(row, 1u) - 1u) || is_air(row) || is_air(min(row + 1u, SURVEY_HIGH - 1u));
+            let counted = !air && off_foot(line, row) < HEAD_ON_SHARE * reach_m();
+            sum += select(vec2(0u), counts.xw, counted);
         }
     }
-    return sum;
+    let all = sum.x + sum.y;
+    let leaks = f32(sum.y) > MOST_PASSING * f32(all);
+    let shows = f32(sum.x) >= LEAST_SHOWING * f32(all);
+    return select(vec2(all, 0u), select(vec2(0u), vec2(0u, all), shows), leaks);
 }
 
 // First and last line between which all but the tails of the candidates lie.
@@ -380,8 +387,7 @@ fn accept(@builtin(local_invocation_index) lane: u32) {
             sum += sums[k];
             head_on += heads[k];
         }
-        let all = head_on.x + head_on.y;
-        let strings = gives_two() && all >= LEAST_HEAD_ON && f32(head_on.y) > MOST_PASSING * f32(all);
+        let strings = gives_two() && head_on.x + head_on.y >= LEAST_HEAD_ON && head_on.y > head_on.x;
         // What shines head on and yet stops the beams beside is a wall with a gloss.
         let wall = sum.y == 0u && sum.z > sum.w;
         let single = gives_two() && f32(sum.y) < LEAST_DUAL * f32(shown_in_all);

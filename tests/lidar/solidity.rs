@@ -195,3 +195,41 @@ fn odd_brightness_is_none_and_large_scans_work() {
     let out = step(&mut open(&large, &frame), &frame);
     assert!(out.count(CellClass::Solid) > 150 && out.count(CellClass::Passable) == 0, "a wall all around");
 }
+
+#[test]
+fn a_lidar_upside_down_sees_the_same_solid_things() {
+    if skipped() {
+        return;
+    }
+    let mut scene = yard();
+    let lidar = Lidar { tilt_rad: [std::f64::consts::PI, 0.0, 0.0], ..scene.lidar.clone().unwrap() };
+    // Its beams that reached the floor now reach up: it hangs higher.
+    scene.lidar = Some(Lidar { height_m: 1.6, ..lidar });
+    let (scan, truth) = scan_of(&scene);
+    let out = run(scan, pose(&scene), &config());
+    for (name, least) in [("post", 1), ("person", 2), ("walls", 200)] {
+        let [there, passable] = called(&out, &scene, &truth, name, CellClass::Passable);
+        assert!(there > least && 50 * passable < there, "{name}: {passable} of {there}");
+    }
+}
+
+#[test]
+fn a_lidar_in_a_thicket_and_a_thicket_that_is_a_wall_hide_no_solid_thing() {
+    if skipped() {
+        return;
+    }
+    for (density_per_m3, height_m) in [(3000.0, 0.5), (0.0, 0.5), (2.0e5, 0.5), (2.0e5, 0.9)] {
+        let mut scene = yard();
+        scene.thickets[0].center_m = [0.0, 0.0, 0.35];
+        scene.thickets[0].density_per_m3 = density_per_m3;
+        scene.lidar = Some(Lidar { height_m, ..scene.lidar.clone().unwrap() });
+        let (scan, truth) = scan_of(&scene);
+        let out = run(scan, pose(&scene), &config());
+        // Through grass few beams reach what stands behind, so that now and then a cell of it is taken for grass.
+        for (name, of) in [("person", 4), ("walls", 20)] {
+            let [there, passable] = called(&out, &scene, &truth, name, CellClass::Passable);
+            let at = format!("{name} at {density_per_m3}, {height_m} m");
+            assert!(of * passable <= there, "{at}: {passable} of {there}");
+        }
+    }
+}
