@@ -21,12 +21,6 @@ const TAIL_SHARE = 0.01;
 const OPEN_SHARE = 0.3;
 // Beams that a line of squares needs to say anything.
 const LEAST_BEAMS = 3u;
-// A frame is no wider than this, metres; a wall ends the pane.
-const WIDEST_FRAME_M = 0.75;
-// A sheet of glass is no wider than this, metres (float glass is made 3.21 m wide); a line of squares has a frame where this
-// share of its beams ends on the plane.
-const WIDEST_SHEET_M = 3.0;
-const LEAST_ON_FRAME = 0.08;
 // A pane stands in a frame or wall: z of the normal below that of 45 degrees. Beams that slip past edges onto the ground give
 // two returns too, and the ground is flat.
 const LEAST_LYING = 0.7;
@@ -47,13 +41,6 @@ const LEAST_IN_RING = 0.3;
 // Where glass would show itself, a line of squares is open air if it has this many beams and a smaller share shows glass.
 const LEAST_NEAR = 6u;
 const LEAST_SHOWING = 0.2;
-
-// Within this share of the patch where glass always shows no more than this share of the beams goes on without showing it, in most
-// lines, if there are enough: strings, grilles and plants give two returns in a plane too, and let some beams through wherever
-// they are met.
-const HEAD_ON_SHARE = 0.5;
-const MOST_PASSING = 0.05;
-const LEAST_HEAD_ON = 30u;
 
 // Lines of squares past an end at open air whose beams count as going on.
 const PAST_END = 8u;
@@ -205,24 +192,6 @@ fn beams_at(line: u32) -> vec4<u32> {
     return sum;
 }
 
-// Of an upright line of squares of the pane, beams met head on: all, where next to none goes on; all, where some do and others show
-// glass. Beside open air, over a railing too, a square is partly air. Needs the sums of the lines of v.
-fn head_on_at(line: u32) -> vec2<u32> {
-    var sum = vec2(0u);
-    if line >= bounds.x && line <= bounds.y {
-        for (var row = bounds.z; row < bounds.w + 1u; row++) {
-            let counts = counts_at(line, row);
-            let air = is_air(max(row, 1u) - 1u) || is_air(row) || is_air(min(row + 1u, SURVEY_HIGH - 1u));
-            let counted = !air && off_foot(line, row) < HEAD_ON_SHARE * reach_m();
-            sum += select(vec2(0u), counts.xw, counted);
-        }
-    }
-    let all = sum.x + sum.y;
-    let leaks = f32(sum.y) > MOST_PASSING * f32(all);
-    let shows = f32(sum.x) >= LEAST_SHOWING * f32(all);
-    return select(vec2(all, 0u), select(vec2(0u), vec2(0u, all), shows), leaks);
-}
-
 // First and last line between which all but the tails of the candidates lie.
 fn core(lines: u32) -> vec2<u32> {
     var total = 0u;
@@ -248,34 +217,6 @@ fn core(lines: u32) -> vec2<u32> {
 // Whether the scan has beams with two returns: then glass shows by them, and what ends on the plane by one is none, however dim.
 fn gives_two() -> bool {
     return glass_counters[COUNT_DUAL] >= glass_params.min_inliers;
-}
-
-// Goes on from `from_line` while the lines show glass or a view through, over frames but not over walls. Along u no farther
-// than a sheet is wide from a line that shows glass or has something on the plane: beyond, the way beside it is open.
-fn grow(from_line: u32, lines: u32, up: bool, along_u: bool) -> u32 {
-    var end = from_line;
-    var reached = from_line;
-    var closed = 0u;
-    var bare = 0u;
-    let most = u32(WIDEST_FRAME_M / SQUARE_M);
-    let widest = select(lines, u32(WIDEST_SHEET_M / SQUARE_M), along_u);
-    for (var k = 1u; k < lines; k++) {
-        let line = select(from_line - k, from_line + k, up);
-        if (up && line >= lines) || (!up && k > from_line) || closed > most || bare > widest || is_air(line) {
-            break;
-        }
-        let sum = sums[line];
-        let beams = sum.x + sum.y + sum.z + sum.w;
-        let open = f32(sum.x + select(sum.y, 0u, gives_two()) + sum.w) >= OPEN_SHARE * f32(beams);
-        let bounded = f32(sum.x + sum.y + sum.z) >= LEAST_ON_FRAME * f32(beams);
-        if beams >= LEAST_BEAMS {
-            closed = select(closed + 1u, 0u, open);
-            reached = select(reached, line, open);
-        }
-        bare = select(bare + 1u, 0u, bounded && beams > 0u);
-        end = select(end, reached, bare == 0u || !along_u);
-    }
-    return end;
 }
 
 fn measure(lane: u32, upright: bool) {

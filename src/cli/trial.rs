@@ -55,7 +55,10 @@ pub(crate) struct TrialArguments {
     /// Keep the record of every trial here, and take those that are there already
     #[arg(long, value_name = "DIR")]
     keep: Option<PathBuf>,
-    /// Write the figures as JSON
+    /// Take the figures of trials from what --json wrote of other runs, and make the rest; these have no drives to draw
+    #[arg(long, value_name = "FILE", num_args = 1..)]
+    take: Vec<PathBuf>,
+    /// Write the figures as JSON, of all and of each trial
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
     /// Write a page that plays the drives from above
@@ -87,7 +90,9 @@ impl TrialArguments {
             port: None,
             adapter: self.adapter.clone(),
         };
-        Course::new(&common.config()?, self.camera, self.drift, self.keep.clone())
+        let mut course = Course::new(&common.config()?, self.camera, self.drift, self.keep.clone())?;
+        self.take.iter().try_for_each(|path| course.take(path))?;
+        Ok(course)
     }
 }
 
@@ -109,7 +114,9 @@ impl TrialArguments {
     }
 
     fn paths<'a>(&'a self, config: &'a Config) -> Paths<'a> {
-        Paths::default()
+        self.take
+            .iter()
+            .fold(Paths::default(), |paths, path| paths.may_read("--take", Some(path)))
             .may_read("-c", self.config.as_deref())
             .reads_of(config)
             .may_write("--json", self.json.as_deref())
@@ -160,7 +167,7 @@ pub(crate) fn execute(arguments: &TrialArguments) -> Result<ExitCode> {
 fn draw(records: &[Record], folder: &Path) -> Result<()> {
     let world = |record: &Record| format!("{}-{}-{}", record.scenario, record.level, record.seed);
     let mut worlds: BTreeMap<String, Vec<&Record>> = BTreeMap::new();
-    for record in records {
+    for record in records.iter().filter(|record| record.has_drive()) {
         worlds.entry(world(record)).or_default().push(record);
     }
     worlds.iter().try_for_each(|(name, records)| picture::save(records, &folder.join(format!("{name}.png"))))

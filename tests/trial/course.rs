@@ -2,7 +2,7 @@
 
 use limpid::Config;
 use limpid::offline::trial::world::APART_M;
-use limpid::offline::trial::{CameraMode, Course, Outcome, Scenario};
+use limpid::offline::trial::{CameraMode, Course, Outcome, Report, Scenario};
 use limpid::sim::generate::Level;
 
 fn course(keep: Option<&std::path::Path>, drift: f64) -> Course {
@@ -39,6 +39,30 @@ fn a_kept_trial_that_is_cut_off_or_of_other_settings_is_made_anew() {
     std::fs::write(&path, &text[..text.len() / 2]).unwrap();
     assert!(first.run(&context, trial).unwrap().1);
     assert!(course(Some(folder.path()), 0.01).run(&context, trial).unwrap().1);
+}
+
+#[test]
+fn figures_of_another_run_are_taken_where_their_settings_hold() {
+    let folder = tempfile::tempdir().unwrap();
+    let context = crate::support::gpu::context();
+    let first = course(None, 0.0);
+    let trial = &first.trials(Scenario::Glass, &[], &["default".into()], &[6103])[0];
+    let (record, _) = first.run(&context, trial).unwrap();
+    let path = folder.path().join("trials.json");
+    std::fs::write(&path, Report { records: vec![record.clone()] }.json().to_string()).unwrap();
+    let with = |drift: f64| {
+        let mut course = course(None, drift);
+        course.take(&path).unwrap();
+        course
+    };
+    let (taken, made) = with(0.0).run(&context, trial).unwrap();
+    assert!(!made && taken == record.figures() && taken.line() == record.line());
+    assert!(with(0.01).run(&context, trial).unwrap().1, "other settings");
+    let other = &first.trials(Scenario::Glass, &[], &["adaptive".into()], &[6103])[0];
+    assert!(with(0.0).run(&context, other).unwrap().1, "another method");
+    std::fs::write(&path, "{\"trials\": [{}]}").unwrap();
+    let error = course(None, 0.0).take(&path).unwrap_err().to_string();
+    assert!(error.contains("trials.json") && error.contains("scenario"), "{error}");
 }
 
 #[test]

@@ -97,6 +97,7 @@ fn blank(world: &World, setup: &Setup, label: &Label) -> Record {
         level: label.level.clone(),
         method: setup.key.into(),
         seed: label.seed,
+        settings: String::new(),
         scene: world.scene.name.clone(),
         outcome: Outcome::Timeout,
         time_s: 0.0,

@@ -150,6 +150,9 @@ pub struct Record {
     pub method: String,
     /// Seed of world and task.
     pub seed: u64,
+    /// Fingerprint of the settings that it was made with; empty where it was made alone.
+    #[serde(default)]
+    pub settings: String,
     /// The scene's name.
     pub scene: String,
     /// How it ended.
@@ -191,6 +194,22 @@ pub struct Record {
 }
 
 impl Record {
+    /// What tables are made of: the last step alone, and no maps and outlines.
+    pub fn figures(&self) -> Self {
+        Self {
+            steps: self.steps.last().copied().into_iter().collect(),
+            outlines: Vec::new(),
+            truth: None,
+            pictures: Vec::new(),
+            ..self.clone()
+        }
+    }
+
+    /// Whether there is more than [`Self::figures`]: something to draw.
+    pub fn has_drive(&self) -> bool {
+        !self.pictures.is_empty() || !self.outlines.is_empty()
+    }
+
     /// Whether it counts, and how: `None` for a task that cannot be done. To halt is what a robot without sensors is to do.
     pub fn success(&self) -> Option<bool> {
         match self.outcome {

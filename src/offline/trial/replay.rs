@@ -10,7 +10,8 @@ const PAGE: &str = include_str!("replay.html");
 
 /// The page of a report.
 pub fn page(report: &Report) -> String {
-    let trials: Vec<serde_json::Value> = report.records.iter().map(trial).collect();
+    let trials: Vec<serde_json::Value> =
+        report.records.iter().filter(|record| record.has_drive()).map(trial).collect();
     // A `<` in a text could end the script.
     let data = serde_json::Value::from(trials).to_string().replace('<', "\\u003c");
     let tables: String = report.tables().iter().map(Table::html).collect();

@@ -181,7 +181,8 @@ impl Report {
 
     /// Figures by setting.
     pub fn json(&self) -> Value {
-        json!({ "settings": self.groups().iter().map(Group::json).collect::<Vec<_>>() })
+        let trials: Vec<Record> = self.records.iter().map(Record::figures).collect();
+        json!({ "settings": self.groups().iter().map(Group::json).collect::<Vec<_>>(), "trials": trials })
     }
 }
 

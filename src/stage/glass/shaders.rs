@@ -10,6 +10,7 @@ const COUNTERS: &str = include_str!("../../../shaders/lib/glass/counters.wgsl");
 const RETURNS: &str = include_str!("../../../shaders/lib/glass/returns.wgsl");
 const FOUND: &str = include_str!("../../../shaders/lib/glass/found.wgsl");
 const HYPOTHESIS: &str = include_str!("../../../shaders/lib/glass/hypothesis.wgsl");
+const LINES: &str = include_str!("../../../shaders/lib/glass/lines.wgsl");
 const PANE: &str = include_str!("../../../shaders/lib/glass/pane.wgsl");
 const CANDIDATES: &str = include_str!("../../../shaders/lib/glass/candidates.wgsl");
 const CANDIDATE_AT: &str = include_str!("../../../shaders/lib/glass/candidate_at.wgsl");
@@ -102,6 +103,7 @@ pub const ACCEPT: ShaderSource = ShaderSource {
         PANE,
         FOUND,
         PREFIX,
+        LINES,
         include_str!("../../../shaders/glass/accept.wgsl"),
     ],
 };
