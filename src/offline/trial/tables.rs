@@ -179,7 +179,7 @@ impl Report {
             .collect()
     }
 
-    /// Figures by setting.
+    /// Figures by setting, and those of each trial ([`Record::figures`]).
     pub fn json(&self) -> Value {
         let trials: Vec<Record> = self.records.iter().map(Record::figures).collect();
         json!({ "settings": self.groups().iter().map(Group::json).collect::<Vec<_>>(), "trials": trials })
