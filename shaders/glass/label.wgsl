@@ -11,9 +11,8 @@
 const M_PER_MM = 0.001;
 // A second return proves transmission, so such a return may be this much brighter than glass otherwise is.
 const DUAL_BRIGHTER = 3.0;
-// Cells of the 3 x 3 around a beam that must have a mirrored surface, and that must be measured for a place to be free.
+// Cells of the 3 x 3 around a beam that must have a mirrored surface.
 const LEAST_MIRRORED = 2u;
-const LEAST_MEASURED = 4u;
 
 // Nearer to a pane's edge than this a beam may go past it, metres: it does not count for or against the pane.
 const EDGE_M = 0.2;
@@ -21,35 +20,6 @@ const EDGE_M = 0.2;
 struct Touching {
     matches: bool,      // a mirrored surface lies there
     count: u32,         // cells that have one
-}
-
-struct Shown {
-    matches: bool,      // a surface lies there
-    beyond: bool,       // the sensor sees through that place
-}
-
-fn tolerance(range_m: f32) -> f32 {
-    return glass_params.match_m + glass_params.match_per_m * range_m;
-}
-
-// Cells around one, a number of columns and rows to each side: columns go round, rows end.
-struct Around {
-    column: u32,        // the first
-    least_row: u32,
-    end_row: u32,       // one past the last
-}
-
-fn cells_around(column: u32, row: u32, columns: u32, rows: u32) -> Around {
-    let first = column + glass_params.columns - columns;
-    return Around(
-        select(first, first - glass_params.columns, first >= glass_params.columns),
-        max(row, rows) - rows,
-        min(row + rows + 1u, glass_params.rows),
-    );
-}
-
-fn next_column(column: u32) -> u32 {
-    return select(column + 1u, 0u, column + 1u == glass_params.columns);
 }
 
 // Step 1: against the mirrored surfaces next to the beam.
@@ -87,34 +57,6 @@ fn beyond_mirrored(column: u32, row: u32, range_m: f32) -> bool {
     // At least half of the surroundings must be mirrored: beside the image of one small thing nothing is proven.
     let window = (2u * reach.x + 1u) * (2u * reach.y + 1u);
     return 2u * seen >= window && f32(farthest_mm) * M_PER_MM < range_m - tolerance(range_m);
-}
-
-// Step 2: against what is measured along the ray to the mirrored place.
-fn against_measured(image: vec3<f32>) -> Shown {
-    let range_m = length(image);
-    let near = tolerance(range_m);
-    let row = row_of_bin(elevation_bin(image));
-    if row >= glass_params.rows {
-        return Shown(false, false);
-    }
-    let column = column_of(image, glass_params.columns);
-    var around = cells_around(column, row, 1u, 1u);
-    var matches = false;
-    var passes = beam_cells[2u * (column * glass_params.rows + row)] != NONE;
-    var count = 0u;
-    for (var c = 0u; c < 3u; c++) {
-        for (var r = around.least_row; r < around.end_row; r++) {
-            let word = beam_cells[2u * (around.column * glass_params.rows + r)];
-            if word != NONE {
-                let measured_m = f32(steps_in(word)) / RANGE_STEPS_PER_M;
-                matches = matches || abs(measured_m - range_m) < near;
-                passes = passes && measured_m > range_m + near;
-                count += 1u;
-            }
-        }
-        around.column = next_column(around.column);
-    }
-    return Shown(matches, passes && count >= LEAST_MEASURED);
 }
 
 fn class_behind(slot: u32, pane: Pane, p: vec3<f32>, place: u32, over: f32) -> u32 {

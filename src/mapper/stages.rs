@@ -54,14 +54,13 @@ pub fn camera_stages(job: &Arc<CameraJob>) -> Vec<Box<dyn Stage>> {
     stages
 }
 
-/// The stages of a lidar's scan, in order (spec 3; spec 6 §2 and §3; spec 2 §2 to §4).
+/// The stages of a lidar's scan, in order (spec 6 §2; spec 3; spec 6 §3; spec 2 §2 to §4).
 pub fn lidar_stages(job: &Arc<LidarJob>) -> Vec<Box<dyn Stage>> {
     let of = || Arc::clone(job);
-    let mut stages: Vec<Box<dyn Stage>> = Vec::new();
+    let mut stages: Vec<Box<dyn Stage>> = vec![Box::new(Ground::of_lidar(job))];
     if let Some(glass) = &job.glass {
         stages.push(Box::new(LabelGlass { job: of(), glass: glass.clone() }));
     }
-    stages.push(Box::new(Ground::of_lidar(job)));
     stages.push(Box::new(move_window::MoveWindow { map: Arc::clone(&job.map), frame: false }));
     stages.push(Box::new(intensity_layers::IntensityLayers { job: of() }));
     if let Some(model) = &job.solidity {

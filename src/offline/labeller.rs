@@ -1,17 +1,19 @@
-//! Labels scans, without a map: the passes of glass alone.
+//! Labels scans, without a map: the passes of the ground and of glass alone.
+
+use std::time::Duration;
 
 use glam::DVec3;
 
 use crate::base::Rigid;
 use crate::base::{Error, Result};
-use crate::config::Config;
+use crate::config::{Config, GroundSource};
 use crate::gpu::{Context, Executor, Plan, Store};
 use crate::map::glass::LabelledScan;
 use crate::map::jumps::PoseTrack;
-use crate::map::{KEPT_PANES, PaneSet};
-use crate::sensor::BeamGrid;
-use crate::sensor::Scan;
+use crate::map::{Clock, KEPT_PANES, PaneSet};
+use crate::sensor::{BeamGrid, Scan, SensorPose};
 use crate::stage::glass::{Glass, GlassMoment, MOST_POINTS};
+use crate::stage::ground::{self, GroundMoment, Sampled};
 use crate::stage::lidar::intensity_layers::POINT_ROW;
 
 /// Points that a labeller is built for at least, and in steps of which it grows.
@@ -27,6 +29,8 @@ pub struct Labeller {
     load: Option<PaneSet>,
     /// Whole metres near the first pose, once there is one.
     origin_m: Option<DVec3>,
+    /// Stamp of the first scan.
+    began_ns: Option<u64>,
     track: PoseTrack,
 }
 
@@ -51,8 +55,17 @@ impl Labeller {
         let plan = plan(&glass, config, capacity)?;
         let store = Store::new(context);
         let executor = store.build(plan)?;
-        let (load, track) = (None, PoseTrack::default());
-        Ok(Self { config: config.clone(), glass, store, executor, capacity, load, origin_m: None, track })
+        Ok(Self {
+            config: config.clone(),
+            glass,
+            store,
+            executor,
+            capacity,
+            load: None,
+            origin_m: None,
+            began_ns: None,
+            track: PoseTrack::default(),
+        })
     }
 
     /// Panes to begin with, in the map of the poses. They replace all that are kept when the next scan is labelled, if
@@ -74,7 +87,7 @@ impl Labeller {
     /// # Errors
     /// [`Error::Gpu`], [`Error::DeviceLost`].
     pub fn reset(&mut self) -> Result<()> {
-        (self.track, self.origin_m) = (PoseTrack::default(), None);
+        (self.track, self.origin_m, self.began_ns) = (PoseTrack::default(), None, None);
         self.executor.reset()
     }
 
@@ -111,6 +124,21 @@ impl Labeller {
         let mut input = self.executor.begin()?;
         input.write("points", bytemuck::cast_slice(&scan.points))?;
         self.glass.write(&self.config, &moment, &mut input)?;
+        if self.config.ground == GroundSource::Estimate {
+            let began_ns = *self.began_ns.get_or_insert(scan.stamp_ns);
+            let since = Duration::from_nanos(scan.stamp_ns.saturating_sub(began_ns));
+            let moment = GroundMoment {
+                config: &self.config,
+                sampled: Sampled::Points(points),
+                pose: SensorPose { map_from_base: map_from_lidar, ..SensorPose::SENSOR },
+                local_origin_m: origin_m,
+                zero_m: origin_m,
+                tick: Clock::ticks(since.as_secs_f64()) + 1,
+                sensor: 0,
+                sensors: 1,
+            };
+            input.set("ground_params", &ground::params(&moment))?;
+        }
         input.submit()?;
         let missing = || Error::Gpu { what: "labels".into(), reason: "nothing was under way".into() };
         let readback = self.executor.receive()?.ok_or_else(missing)?;
@@ -136,6 +164,9 @@ fn roomy(points: usize) -> Result<u32> {
 fn plan(glass: &Glass, config: &Config, capacity: u32) -> Result<Plan> {
     let mut plan = Plan::default();
     plan.upload_texture("points", POINT_ROW, (2 * capacity).div_ceil(POINT_ROW))?;
+    if config.ground == GroundSource::Estimate {
+        ground::append_alone(&mut plan)?;
+    }
     glass.append(&mut plan, config, capacity)?;
     for name in ["classes", "panes", "glass_counters"] {
         plan.read_back(name)?;

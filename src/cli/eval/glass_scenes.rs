@@ -20,10 +20,11 @@ const POSES: [(&str, PoseNoise); 2] = [
     ("noisy poses", PoseNoise { place_m: 0.02, yaw_rad: 0.005 }),
 ];
 
-/// A scene of the family `glass` with an HDL-32E in dual mode; without its panes it keeps their posts, sills and openings.
-fn scene(seed: u64, scans: u32, without_glass: bool) -> Result<Scene> {
+/// A scene of the family `glass` with an HDL-32E in dual mode and a floor that mirrors as at this level; without its panes it keeps
+/// their posts, sills and openings.
+fn scene(level: Level, seed: u64, scans: u32, without_glass: bool) -> Result<Scene> {
     // A drive that is found is as long as the scans take; the last one ends a step later.
-    let mut scene = generate(Family::Glass, Level::L0, seed, scans + 1)?;
+    let mut scene = generate(Family::Glass, level, seed, scans + 1)?;
     scene.trajectory.rate_hz = RATE_HZ;
     if without_glass {
         scene.panes.clear();
@@ -44,7 +45,7 @@ pub(super) fn execute(arguments: &EvalArguments, scenes: u32) -> Result<()> {
     let first = arguments.scenes.first_seed;
     for seed in (first..).take(scenes as usize) {
         let mut own = [DriveTally::default(), DriveTally::default()];
-        let scene = scene(seed, arguments.scans, arguments.without_glass)?;
+        let scene = scene(arguments.floor, seed, arguments.scans, arguments.without_glass)?;
         drive(&scene, &config, arguments.scans.into(), &context, (&noises, &mut own))?;
         print_row(&format!("{seed:<8}"), own[0].scans, &own[0].scores());
         rows.push(json!({ "seed": seed, "true_poses": own[0].scores(), "noisy_poses": own[1].scores() }));

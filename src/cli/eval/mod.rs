@@ -38,6 +38,9 @@ pub(crate) struct EvalArguments {
     /// Scans of each of these drives
     #[arg(long, value_name = "N", default_value_t = 100, requires = "glass_scenes", value_parser = clap::value_parser!(u32).range(1..))]
     scans: u32,
+    /// How much their floors mirror: L0 not at all
+    #[arg(long, value_enum, value_name = "LEVEL", default_value = "L0", requires = "glass_scenes")]
+    floor: Level,
     /// Take all panes and mirrors out of these rooms: what is found is false
     #[arg(long, requires = "glass_scenes")]
     without_glass: bool,

@@ -13,7 +13,7 @@ use glam::Vec4;
 
 use crate::base::Rigid;
 use crate::base::{Error, Result};
-use crate::config::Config;
+use crate::config::{Config, GroundSource};
 use crate::gpu::{Extent, FrameInput, Invocations, Plan};
 use crate::map::glass::COUNTERS_WORDS;
 use crate::map::{KEPT_PANES, Pane, PaneSet};
@@ -25,7 +25,7 @@ pub mod pane_cells;
 mod shaders;
 
 pub use shaders::{
-    ACCEPT, CANDIDATE, CLEAN, CLEAR, FIT, GATHER, LABEL, LABELLING, MIRROR, ORGANIZE, PEAK, REMEMBER, SCORE,
+    ACCEPT, CANDIDATE, CLEAN, CLEAR, FIT, FLOOR_IMAGES, GATHER, LABEL, LABELLING, MIRROR, ORGANIZE, PEAK, REMEMBER, SCORE,
     SETTLE, SURVEY,
 };
 
@@ -185,7 +185,8 @@ impl Stage for LabelGlass {
 }
 
 impl Glass {
-    /// Declares its buffers and appends its passes; `points` holds at most `capacity` points.
+    /// Declares its buffers and appends its passes; `points` holds at most `capacity` points. Where the ground is estimated, its passes
+    /// stand before these.
     ///
     /// # Errors
     /// [`Error::Plan`], also for more points than cells can number; [`Error::Shader`].
@@ -217,7 +218,11 @@ impl Glass {
         plan.step(REMEMBER, Invocations::line(1), &[])?;
         plan.step(MIRROR, Invocations::line(capacity.div_ceil(POINTS_EACH)), &[])?;
         plan.step(LABEL, Invocations::line(capacity.div_ceil(POINTS_EACH)), &[])?;
-        plan.step(SETTLE, Invocations::line(capacity.div_ceil(POINTS_EACH)), &[])
+        plan.step(SETTLE, Invocations::line(capacity.div_ceil(POINTS_EACH)), &[])?;
+        if config.ground == GroundSource::Stated {
+            return Ok(());
+        }
+        plan.step(FLOOR_IMAGES, Invocations::line(capacity.div_ceil(POINTS_EACH)), &[])
     }
 
     fn declare(&self, plan: &mut Plan, capacity: u32) -> Result<()> {
@@ -305,7 +310,8 @@ impl Glass {
     /// [`Error::Input`] where data do not fit their buffer.
     pub fn write(&self, config: &Config, moment: &GlassMoment<'_>, input: &mut FrameInput<'_>) -> Result<()> {
         input.set("glass_params", &self.params(config, moment))?;
-        for pass in [&ORGANIZE, &MIRROR, &LABEL, &SETTLE] {
+        let floor_images = (config.ground != GroundSource::Stated).then_some(&FLOOR_IMAGES);
+        for pass in [&ORGANIZE, &MIRROR, &LABEL, &SETTLE].into_iter().chain(floor_images) {
             input.limit(pass.name, Invocations::line(moment.points.div_ceil(POINTS_EACH)))?;
         }
         input.read_back_first("classes", 4 * u64::from(moment.points))?;

@@ -3,6 +3,7 @@
 use crate::gpu::ShaderSource;
 
 const NUMBERS: &str = include_str!("../../../shaders/lib/numbers.wgsl");
+const GROUND: &str = include_str!("../../../shaders/lib/ground/ground.wgsl");
 const GRID: &str = include_str!("../../../shaders/lib/glass/grid.wgsl");
 const POINTS: &str = include_str!("../../../shaders/lib/points/texture.wgsl");
 const POINT: &str = include_str!("../../../shaders/lib/glass/points.wgsl");
@@ -17,6 +18,7 @@ const CANDIDATE_AT: &str = include_str!("../../../shaders/lib/glass/candidate_at
 const ROW_TEXELS: &str = include_str!("../../../shaders/lib/glass/row_texels.wgsl");
 const PANE_TEXELS: &str = include_str!("../../../shaders/lib/glass/pane_texels.wgsl");
 const PLACED: &str = include_str!("../../../shaders/lib/glass/placed.wgsl");
+const MEASURED: &str = include_str!("../../../shaders/lib/glass/measured.wgsl");
 const CLASS: &str = include_str!("../../../shaders/lib/glass/class.wgsl");
 const PREFIX: &str = include_str!("../../../shaders/lib/glass/prefix.wgsl");
 
@@ -137,6 +139,7 @@ pub const LABEL: ShaderSource = ShaderSource {
         PANE_TEXELS,
         ROW_TEXELS,
         CLASS,
+        MEASURED,
         include_str!("../../../shaders/glass/label.wgsl"),
     ],
 };
@@ -155,6 +158,21 @@ pub const SETTLE: ShaderSource = ShaderSource {
     ],
 };
 
+/// Mirror images in a glossy floor.
+pub const FLOOR_IMAGES: ShaderSource = ShaderSource {
+    name: "glass/floor_images",
+    parts: &[
+        GRID,
+        GROUND,
+        PLACED,
+        ROW_TEXELS,
+        COUNTERS,
+        CLASS,
+        MEASURED,
+        include_str!("../../../shaders/glass/floor_images.wgsl"),
+    ],
+};
+
 /// The cloud as the map takes it.
 pub const CLEAN: ShaderSource = ShaderSource {
     name: "glass/clean",
@@ -162,5 +180,19 @@ pub const CLEAN: ShaderSource = ShaderSource {
 };
 
 /// All passes of [`super::Glass`].
-pub const LABELLING: [ShaderSource; 13] =
-    [CLEAR, ORGANIZE, PEAK, CANDIDATE, GATHER, SCORE, FIT, SURVEY, ACCEPT, REMEMBER, MIRROR, LABEL, SETTLE];
+pub const LABELLING: [ShaderSource; 14] = [
+    CLEAR,
+    ORGANIZE,
+    PEAK,
+    CANDIDATE,
+    GATHER,
+    SCORE,
+    FIT,
+    SURVEY,
+    ACCEPT,
+    REMEMBER,
+    MIRROR,
+    LABEL,
+    SETTLE,
+    FLOOR_IMAGES,
+];

@@ -219,6 +219,38 @@ pub fn stated_now(below_zero_m: f64) -> [[f32; 4]; 5] {
     [[0.0, 0.0, 1.0, single(below_zero_m)], [0.0; 4], NO_PLANE, [0.0; 4], NO_PLANE]
 }
 
+/// The buffers of a map with so many sensors.
+fn declare(plan: &mut Plan, sensors: u64) -> Result<()> {
+    plan.uniform::<GroundParams>("ground_params")?;
+    plan.shared("ground", KEPT_BYTES * sensors)?;
+    let height = MOST_SAMPLES / SAMPLE_ROW;
+    plan.texture("ground_samples", Extent { width: SAMPLE_ROW, height, layers: 1 })?;
+    plan.scratch("ground_planes", 16 * u64::from(HYPOTHESES))?;
+    plan.scratch("ground_scores", 4 * u64::from(HYPOTHESES))?;
+    plan.product("ground_now", NOW_BYTES).map(|_| ())
+}
+
+fn sample_scan(plan: &mut Plan) -> Result<()> {
+    plan.step(RETURNS, Invocations::line(MOST_SAMPLES), &[])
+}
+
+/// From samples to `ground_now`.
+fn fit(plan: &mut Plan) -> Result<()> {
+    plan.step(DRAW, Invocations::line(HYPOTHESES), &[])?;
+    plan.step(SCORE, Invocations::area(HYPOTHESES / SCORED_TOGETHER, SCORE_PARTS), &[])?;
+    plan.step(SETTLE, Invocations::line(1), &[])
+}
+
+/// Declares the buffers and appends the passes of a lone lidar's ground, without a map; its parameters are [`params`].
+///
+/// # Errors
+/// [`crate::Error::Plan`], [`crate::Error::Shader`].
+pub fn append_alone(plan: &mut Plan) -> Result<()> {
+    declare(plan, 1)?;
+    sample_scan(plan)?;
+    fit(plan)
+}
+
 /// The stage.
 #[derive(Debug)]
 pub struct Ground {
@@ -243,7 +275,7 @@ impl Ground {
                 plan.step(PIXELS, Invocations::line(MOST_SAMPLES), &depth)?;
                 plan.with(&[("distorted", job.depth.distortion != Distortion::None)])
             }
-            SensorJob::Lidar(_) => plan.step(RETURNS, Invocations::line(MOST_SAMPLES), &[]),
+            SensorJob::Lidar(_) => sample_scan(plan),
         }
     }
 }
@@ -253,18 +285,9 @@ impl Stage for Ground {
         if self.of.config().ground == GroundSource::Stated {
             return plan.upload("ground_now", NOW_BYTES).map(|_| ());
         }
-        let sensors = u64::try_from(self.of.map().sensors).unwrap_or(1).max(1);
-        plan.uniform::<GroundParams>("ground_params")?;
-        plan.shared("ground", KEPT_BYTES * sensors)?;
-        let height = MOST_SAMPLES / SAMPLE_ROW;
-        plan.texture("ground_samples", Extent { width: SAMPLE_ROW, height, layers: 1 })?;
-        plan.scratch("ground_planes", 16 * u64::from(HYPOTHESES))?;
-        plan.scratch("ground_scores", 4 * u64::from(HYPOTHESES))?;
-        plan.product("ground_now", NOW_BYTES)?;
+        declare(plan, u64::try_from(self.of.map().sensors).unwrap_or(1).max(1))?;
         self.sample(plan)?;
-        plan.step(DRAW, Invocations::line(HYPOTHESES), &[])?;
-        plan.step(SCORE, Invocations::area(HYPOTHESES / SCORED_TOGETHER, SCORE_PARTS), &[])?;
-        plan.step(SETTLE, Invocations::line(1), &[])?;
+        fit(plan)?;
         plan.read_back("ground_now").map(|_| ())
     }
 
