@@ -1,6 +1,7 @@
 // Finds the mirror images in a glossy floor. They lie below the ground, the floor is seen beside the place where their beam meets
 // it, and the sensor does not look past the place that is mirrored. spec 6 §2: a point mirrored below the floor lies on a ray that
-// crosses the floor first. Such an image has no pane, also where one mirrors it as well: that would leave it below the floor.
+// crosses the floor first. Such an image has no pane, also where one mirrors it as well: that would leave it below the floor. What
+// is outside stays so: the ground there may lie lower.
 @group(0) @binding(0) var<uniform> glass_params: GlassParams;
 @group(0) @binding(1) var<uniform> ground_params: GroundParams;
 @group(0) @binding(2) var<storage, read> ground_now: array<vec4<f32>>;
@@ -16,9 +17,10 @@ const BELOW_PER_M = 0.01;
 // How near the ground a return is the floor's, and for each metre of way.
 const FLOOR_M = 0.05;
 const FLOOR_PER_M = 0.005;
-// Of the beams of the same row within this part of a turn to each side (1.2 degrees) so many must show the floor, and so many go
+// Of the beams of the same row within this part of a turn to each side (1.2 degrees), or so many, some must show the floor, and some go
 // below it, as the image of a thing is no single point.
 const BESIDE_PARTS = 300u;
+const LEAST_BESIDE = 4u;
 const MOST_BESIDE = 16u;
 const LEAST_FLOOR = 2u;
 const LEAST_BELOW = 4u;
@@ -54,7 +56,7 @@ fn ends(word: u32, eye_m: f32, falls: f32) -> vec2<bool> {
 fn beside(place: u32, eye_m: f32, falls: f32) -> vec2<u32> {
     let column = place / glass_params.rows;
     let row = place - column * glass_params.rows;
-    let reach = clamp(glass_params.columns / BESIDE_PARTS, 1u, MOST_BESIDE);
+    let reach = clamp(glass_params.columns / BESIDE_PARTS, LEAST_BESIDE, MOST_BESIDE);
     var at = column + glass_params.columns - reach;
     at = select(at, at - glass_params.columns, at >= glass_params.columns);
     var count = vec2(0u);
@@ -86,7 +88,7 @@ fn look_at(index: u32) {
     let number = u32(texel.w);
     let height = height_of(texel.xyz);
     let below = number != 0u && is_below(height, length(texel.xyz));
-    for (var once = 0u; once < turns_if(kind != UNLABELLED && below); once++) {
+    for (var once = 0u; once < turns_if(kind != UNLABELLED && kind != OUTSIDE && below); once++) {
         if is_image(texel.xyz, (number - 1u) / 2u, height) {
             classes[index] = label_of(REFLECTION, 0u);
             atomicSub(&glass_counters[COUNT_CLASSES + kind], 1u);

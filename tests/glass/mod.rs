@@ -2,6 +2,7 @@
 
 mod bad_input;
 mod command;
+mod floor;
 mod labels;
 mod memory;
 mod metrics;

@@ -7,6 +7,7 @@ pub(crate) mod cell_marks;
 pub(crate) mod drm;
 pub(crate) mod drops;
 pub(crate) mod evidence;
+pub(crate) mod floor_images;
 pub(crate) mod glass;
 pub(crate) mod goal_costs;
 pub(crate) mod goal_inflation;
