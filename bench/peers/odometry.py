@@ -5,6 +5,8 @@
     python3 bench/peers/odometry.py glass.mcap poses.txt [--topic /limpid/glass/cleaned]
     limpid eval FOLDER --poses poses.txt
 
+With `--truth RECORDING`, one of `limpid sim`, the errors of place against its transforms are printed, from the first cloud on.
+
 Needs the packages kiss-icp, mcap and mcap-ros2-support.
 """
 
@@ -36,17 +38,59 @@ def quaternion(m):
     return x, y, z, w
 
 
+def true_places(recording, frame):
+    """Stamps in seconds and rigid 4x4 poses of a sensor's frame in the map, by the transforms of a simulated recording."""
+    static, moving = {}, []
+    for message in read_ros2_messages(recording, topics=["/tf", "/tf_static"]):
+        for transform in message.ros_msg.transforms:
+            moved, turned = transform.transform.translation, transform.transform.rotation
+            pose = rigid((moved.x, moved.y, moved.z), (turned.x, turned.y, turned.z, turned.w))
+            if message.channel.topic == "/tf_static":
+                static[transform.child_frame_id] = pose
+            else:
+                moving.append((seconds(transform.header.stamp), pose))
+    return [(stamp, pose @ static[frame]) for stamp, pose in moving]
+
+
+def seconds(stamp):
+    return stamp.sec + 1e-9 * stamp.nanosec
+
+
+def rigid(place, turned):
+    x, y, z, w = turned
+    pose = np.eye(4)
+    pose[:3, :3] = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+        [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+        [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+    ]
+    pose[:3, 3] = place
+    return pose
+
+
+def errors(poses, truth):
+    """Distances of places, each from the first cloud on, and how far the sensor went; metres."""
+    stamps = np.array([stamp for stamp, _ in truth])
+    true = [truth[np.abs(stamps - stamp).argmin()][1] for stamp, _ in poses]
+    off = [
+        (np.linalg.inv(poses[0][1]) @ pose)[:3, 3] - (np.linalg.inv(true[0]) @ at)[:3, 3] for (_, pose), at in zip(poses, true)
+    ]
+    went = sum(np.linalg.norm(b[:3, 3] - a[:3, 3]) for a, b in zip(true, true[1:]))
+    return np.linalg.norm(off, axis=1), went
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("mcap")
     parser.add_argument("poses")
     parser.add_argument("--topic", default="/limpid/glass/cleaned")
+    parser.add_argument("--truth")
     arguments = parser.parse_args()
     config = KISSConfig()
     config.data.deskew = False
     config.mapping.voxel_size = 0.25
     odometry = KissICP(config)
-    count = 0
+    poses = []
     with open(arguments.poses, "w") as out:
         for message in read_ros2_messages(arguments.mcap, topics=[arguments.topic]):
             cloud = message.ros_msg
@@ -55,8 +99,12 @@ def main():
             stamp = f"{cloud.header.stamp.sec}.{cloud.header.stamp.nanosec:09d}"
             numbers = " ".join(f"{value:.9f}" for value in (*pose[:3, 3], *quaternion(pose)))
             out.write(f"{stamp} {numbers}\n")
-            count += 1
-    print(f"{count} clouds, {arguments.poses} written")
+            poses.append((seconds(cloud.header.stamp), pose.copy()))
+            frame = cloud.header.frame_id
+    print(f"{len(poses)} clouds, {arguments.poses} written")
+    if arguments.truth:
+        off, went = errors(poses, true_places(arguments.truth, frame))
+        print(f"{went:.2f} m of way; off by {np.sqrt((off**2).mean()):.3f} m (root mean square), {off[-1]:.3f} m at the end")
 
 
 if __name__ == "__main__":
