@@ -50,7 +50,8 @@ impl<'a> Cells<'a> {
         let near = self.config.glass_match_m + self.config.glass_match_per_m * at.length();
         let (column, rows) = (self.column(at), row.saturating_sub(1)..(row + 2).min(self.grid.rows));
         let columns = self.grid.columns as usize;
-        let around = (0..3).flat_map(|k| rows.clone().map(move |row| (column + columns - 1 + k, row as usize)));
+        let around =
+            (0..3).flat_map(|k| rows.clone().map(move |row| (column + columns - 1 + k, row as usize)));
         let measured: Vec<f64> = around.filter_map(|(column, row)| self.range_m(column, row)).collect();
         let here = self.range_m(column, row as usize).is_some();
         here && measured.len() >= 4 && measured.iter().all(|range_m| *range_m > at.length() + near)
