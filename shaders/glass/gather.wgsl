@@ -40,6 +40,7 @@ fn gather(@builtin(local_invocation_index) lane: u32) {
         found.candidates = listed;
         found.panes = 0u;
         found.inliers = 0u;
+        found.mirrors = 0u;
         glass_counters[COUNT_CANDIDATES] = total;
         glass_counters[COUNT_THINNED] = total - listed;
     }

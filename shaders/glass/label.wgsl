@@ -86,9 +86,29 @@ fn count_in(slot: u32, what: u32) {
     atomicAdd(&pane_counts[slot * PANE_COUNTS + what], 1u);
 }
 
+// Nearer to its ends than this a return on a mirror's plane may be of the wall around it, metres.
+const MIRROR_EDGE_M = 0.1;
+
+// A mirror returns little of its own, and nothing real stands behind it: what lies there where the sensor sees through the mirrored
+// place counts against it.
+fn label_in_mirror(slot: u32, pane: Pane, p: vec3<f32>, on: bool) -> u32 {
+    let within = cross_pane(pane, p, -MIRROR_EDGE_M).inside;
+    if on {
+        return select(label_of(INSIDE, 0u), label_of(GLASS, pane.id), within);
+    }
+    let measured = against_measured(mirrored_in(pane, p));
+    if within {
+        count_in(slot, select(select(OUTSIDES, PASSING, measured.beyond), SHOWING, measured.matches));
+    }
+    return label_of(select(REFLECTION, UNLABELLED, measured.beyond && !measured.matches), pane.id);
+}
+
 fn label_met(index: u32, place: u32, slot: u32) -> u32 {
     let point = point_at(index);
     let pane = pane_at(slot);
+    if is_mirror(pane) {
+        return label_in_mirror(slot, pane, point.xyz, dot(pane.normal.xyz, point.xyz) - pane.normal.w < glass_params.plane_tolerance_m);
+    }
     let first = slot_of_return(rest_of_point(index)) == 0u;
     let over = dot(pane.normal.xyz, point.xyz) - pane.normal.w;
     let on = over < glass_params.plane_tolerance_m;

@@ -30,6 +30,8 @@ const MOST_HITS = 50u;
 // it.
 const LEAST_HEAD_ON = 30u;
 const LEAST_SHOWING = 0.1;
+// Of what lies behind a mirror, the share whose mirrored place is measured or seen through and that must be measured.
+const LEAST_MIRRORED = 0.8;
 // Scans in a row that prove a pane absent.
 const MOST_MISSES = 3u;
 // Scans in which a pane ended at open air that prove that it does not go on there.
@@ -143,14 +145,28 @@ fn ended(slot: u32, pane: Pane, seen: vec4<f32>, ends: vec4<f32>) -> Pane {
     return out;
 }
 
-fn is_same(old: Pane, fresh: Pane) -> bool {
-    if old.id == 0u || abs(dot(old.normal.xyz, fresh.normal.xyz)) < SAME_COS {
-        return false;
-    }
+// How far the extents of two panes in one plane are apart along the axis in which they are farthest; 1e9 where their planes differ.
+fn apart_in_plane(old: Pane, fresh: Pane) -> f32 {
     let off = dot(old.normal.xyz, centre(fresh)) - old.normal.w;
+    let differ = old.id == 0u || abs(dot(old.normal.xyz, fresh.normal.xyz)) < SAME_COS || abs(off) >= SAME_M;
     let e = extent_in(old, fresh);
     let apart = vec4(e.x - old.extent.y, old.extent.x - e.y, e.z - old.extent.w, old.extent.z - e.w);
-    return abs(off) < SAME_M && max(max(apart.x, apart.y), max(apart.z, apart.w)) < SAME_EDGE_M;
+    return select(max(max(apart.x, apart.y), max(apart.z, apart.w)), 1e9, differ);
+}
+
+fn is_same(old: Pane, fresh: Pane) -> bool {
+    return is_mirror(old) == is_mirror(fresh) && apart_in_plane(old, fresh) < SAME_EDGE_M;
+}
+
+// Whether a place that this scan says is a mirror is known for glass, or the other way round.
+fn is_known_otherwise(fresh: Pane) -> bool {
+    var known = false;
+    for (var k = 0u; k < KEPT_PANES; k++) {
+        let old = kept.panes[k];
+        let otherwise = is_mirror(old) != is_mirror(fresh) && apart_in_plane(old, fresh) < 0.0;
+        known = known || (otherwise && old.hits >= LEAST_HITS_BEFORE);
+    }
+    return known;
 }
 
 // The mean plane through the mean of the centres, weighted by scans; extents united.
@@ -181,7 +197,8 @@ fn forgets(pane: Pane, slot: u32) -> Pane {
     let passing = pane_counts[slot * PANE_COUNTS + PASSING];
     out.age += 1u;
     if showing + passing >= LEAST_HEAD_ON {
-        let absent = f32(showing) < LEAST_SHOWING * f32(showing + passing);
+        let least = select(LEAST_SHOWING, LEAST_MIRRORED, is_mirror(pane));
+        let absent = f32(showing) < least * f32(showing + passing);
         out.misses = select(0u, pane.misses + 1u, absent);
     }
     let lone = pane.hits == 1u && out.age > LONE_SCANS;
@@ -225,6 +242,9 @@ fn is_behind(seen: Pane, number: u32) -> bool {
 fn take_in(number: u32) {
     let seen = scan_panes[number];
     var fresh = to_map(seen);
+    if is_known_otherwise(fresh) {
+        return;
+    }
     let slot = slot_for(fresh, number);
     let old = kept.panes[slot];
     let ends = ends_in(old, fresh, number);
@@ -286,7 +306,7 @@ fn remember(@builtin(local_invocation_index) lane: u32) {
         for (var k = 0u; k < KEPT_PANES; k++) {
             shown[k] = to_lidar(kept.panes[k]);
         }
-        for (var k = 0u; k < min(found.panes, SCAN_PANES); k++) {
+        for (var k = 0u; k < min(found.panes + found.mirrors, SCAN_PANES + SCAN_MIRRORS); k++) {
             take_in(k);
         }
         var slots = 0u;

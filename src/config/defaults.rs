@@ -112,6 +112,7 @@ impl Default for Config {
             passable_cost: 50,
             glass: false,
             glass_memory: true,
+            glass_mirrors: true,
             glass_panes: String::new(),
             glass_seed: 1,
             glass_hypotheses: 256,

@@ -132,6 +132,7 @@ const LIDAR: &[&str] = &[
     "transparent_clear",
     "glass",
     "glass_memory",
+    "glass_mirrors",
     "glass_panes",
     "glass_seed",
     "glass_hypotheses",

@@ -298,6 +298,8 @@ pub struct Config {
     pub glass: bool,
     /// Whether panes are kept from scan to scan.
     pub glass_memory: bool,
+    /// Whether mirrors are searched for too, where the lidar gives two returns.
+    pub glass_mirrors: bool,
     /// YAML file with panes to begin with; empty: none.
     pub glass_panes: String,
     /// Seed of the draws of hypotheses.

@@ -69,6 +69,8 @@ pub struct GlassCounters {
     pub refused_planes: u32,
     /// Panes found.
     pub found_panes: u32,
+    /// Mirrors found.
+    pub found_mirrors: u32,
     /// Points of each [`PointClass`].
     pub classes: [u32; 5],
     /// Whether the lidar's pose jumped since the scan before: panes that are kept stay where they were. 0 or 1.
@@ -80,7 +82,7 @@ impl GlassCounters {
         let mut all = [0; COUNTERS_WORDS];
         all.iter_mut().zip(words).for_each(|(to, from)| *to = *from);
         let [unusable_points, points_without_row, dual_returns, peak_points, candidates, thinned, ..] = all;
-        let [_, _, _, _, _, _, refused_planes, found_panes, a, b, c, d, e, ..] = all;
+        let [_, _, _, _, _, _, refused_planes, found_panes, a, b, c, d, e, found_mirrors, ..] = all;
         Self {
             unusable_points,
             points_without_row,
@@ -90,6 +92,7 @@ impl GlassCounters {
             thinned_candidates: thinned,
             refused_planes,
             found_panes,
+            found_mirrors,
             classes: [a, b, c, d, e],
             pose_jumps: 0,
         }

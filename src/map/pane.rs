@@ -16,7 +16,7 @@ pub struct Pane {
     /// Unit normal; w: distance of the plane from the origin along it, metres.
     pub normal: Vec4,
     /// Unit axis u in the plane, level where the plane stands; w: intensity above which a return on it is frame, 0 where
-    /// not known.
+    /// not known, below 0 of a mirror.
     pub level: Vec4,
     /// Least and largest u, least and largest v = normal x u, metres.
     pub extent_m: Vec4,
@@ -34,6 +34,11 @@ impl Pane {
     /// Unit normal.
     pub fn unit_normal(&self) -> Vec3 {
         self.normal.truncate()
+    }
+
+    /// Whether it is a mirror, behind which nothing shows.
+    pub fn is_mirror(&self) -> bool {
+        self.level.w < 0.0
     }
 
     /// Its four corners in order, metres.

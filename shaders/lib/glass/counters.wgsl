@@ -8,3 +8,4 @@ const COUNT_THINNED = 5u;
 const COUNT_REFUSED = 6u;
 const COUNT_FOUND = 7u;
 const COUNT_CLASSES = 8u;       // one for each class, five
+const COUNT_MIRRORS = 13u;

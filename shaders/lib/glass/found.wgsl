@@ -6,7 +6,7 @@ struct Found {
     candidates: u32,        // left to explain
     panes: u32,             // accepted so far
     inliers: u32,           // of the plane under test; 0: there is none
-    pad: u32,
+    mirrors: u32,           // found so far; they stand behind the panes
     plane: vec4<f32>,       // under test: n, d
     level: vec4<f32>,       // its axis u; w: intensity above which a return on it is frame and no glass, 0: not known
 }

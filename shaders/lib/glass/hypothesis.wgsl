@@ -1,11 +1,4 @@
-// Hypotheses: planes through three candidates (spec 3 §3). Needs lib/glass/grid, lib/glass/candidate_at.
-
-// PCG hash of M. Jarzynski and M. Olano, "Hash Functions for GPU Rendering", 2020.
-fn hash(value: u32) -> u32 {
-    let state = value * 747796405u + 2891336453u;
-    let word = ((state >> ((state >> 28u) + 4u)) ^ state) * 277803737u;
-    return (word >> 22u) ^ word;
-}
+// Hypotheses: planes through three candidates (spec 3 §3). Needs lib/hash, lib/glass/grid, lib/glass/candidate_at.
 
 // Three candidates closer than this make no plane, metres.
 const LEAST_LEG_M = 0.2;

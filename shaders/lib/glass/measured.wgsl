@@ -35,8 +35,12 @@ fn next_column(column: u32) -> u32 {
 
 // Against what is measured along the ray to a mirrored place (spec 3 §5, step 2).
 fn against_measured(image: vec3<f32>) -> Shown {
+    return shown_at(image, tolerance(length(image)));
+}
+
+// As against_measured, with ranges that are the same when they differ by less than `near`.
+fn shown_at(image: vec3<f32>, near: f32) -> Shown {
     let range_m = length(image);
-    let near = tolerance(range_m);
     let row = row_of_bin(elevation_bin(image));
     if row >= glass_params.rows {
         return Shown(false, false);

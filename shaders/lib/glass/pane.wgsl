@@ -1,10 +1,11 @@
 // Panes: plane n . x = d with d > 0, axes u (level) and v = n x u, extents of u and v (spec 3 §4, §6).
 const SCAN_PANES = 4u;
+const SCAN_MIRRORS = 2u;
 const KEPT_PANES = 16u;
 
 struct Pane {
     normal: vec4<f32>,  // n; w: d, metres
-    level: vec4<f32>,   // u; w: intensity above which a return on the plane is frame and no glass, 0: not known
+    level: vec4<f32>,   // u; w: intensity above which a return on the plane is frame and no glass, 0: not known, MIRROR_LEVEL: a mirror
     extent: vec4<f32>,  // least and largest u, least and largest v, metres
     id: u32,            // counts panes from 1; 0: none here
     hits: u32,          // scans that found it
@@ -19,6 +20,13 @@ struct Panes {
     pad1: u32,
     pad2: u32,
     list: array<Pane, KEPT_PANES>,
+}
+
+// In place of an intensity: the pane is a mirror, and nothing shows through it.
+const MIRROR_LEVEL = -1.0;
+
+fn is_mirror(pane: Pane) -> bool {
+    return pane.level.w < 0.0;
 }
 
 // A pane's edge is known no better than this, metres.

@@ -4,6 +4,7 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
+use serde_json::{Map, Value};
 
 use super::drive::{Label, Terms, drive};
 use super::record::Record;
@@ -211,8 +212,24 @@ impl Course {
         let runs = [has_network, has_network, setup.lidar.is_some()];
         let weights: Vec<u64> =
             self.weights.iter().zip(runs).filter_map(|(&weights, runs)| runs.then_some(weights)).collect();
-        format!("{version} edition {EDITION} {camera:?} {drift} {limits:?} weights {weights:x?} {setup:?}")
+        let Setup { key, config, camera: of_camera, lidar, one_ring } = setup;
+        let [of_map, of_camera, of_lidar] = [Some(config), of_camera.as_ref(), lidar.as_ref()].map(changed);
+        format!(
+            "{version} edition {EDITION} {camera:?} {drift} {limits:?} weights {weights:x?} {key} map {of_map} camera {of_camera} \
+             lidar {of_lidar} one ring {one_ring}"
+        )
     }
+}
+
+/// The keys of a configuration that differ from the default, so that trials hold when others come to be; `null` for none.
+fn changed(config: Option<&Config>) -> Value {
+    let keys = |config: &Config| match serde_json::to_value(config) {
+        Ok(Value::Object(keys)) => keys,
+        _ => Map::default(),
+    };
+    let Some(config) = config else { return Value::Null };
+    let default = keys(&Config::default());
+    keys(config).into_iter().filter(|(key, value)| default.get(key) != Some(value)).collect()
 }
 
 fn fingerprint(of: &impl Hash) -> u64 {

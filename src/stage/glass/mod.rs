@@ -25,12 +25,18 @@ pub mod pane_cells;
 mod shaders;
 
 pub use shaders::{
-    ACCEPT, CANDIDATE, CLEAN, CLEAR, FIT, FLOOR_IMAGES, GATHER, LABEL, LABELLING, MIRROR, ORGANIZE, PEAK,
-    REMEMBER, SCORE, SETTLE, SURVEY,
+    ACCEPT, CANDIDATE, CLEAN, CLEAR, FIT, FLOOR_IMAGES, GATHER, IMAGES, LABEL, LABELLING, MIRROR, MIRRORS,
+    OPENINGS, ORGANIZE, PEAK, REMEMBER, SCORE, SETTLE, SURVEY, WALLS,
 };
 
 /// Panes that are searched for in one scan (`SCAN_PANES`).
 pub const SCAN_PANES: u32 = 4;
+/// Mirrors that are found in one scan (`SCAN_MIRRORS`).
+pub const SCAN_MIRRORS: u32 = 2;
+/// Walls on which mirrors are searched for in one scan (`WALLS`).
+pub const SCAN_WALLS: u32 = 4;
+/// Words of what is counted behind one (`STRIPS` times `STRIP_WORDS`).
+const WALL_WORDS: u64 = 256 * 8;
 /// Candidates that are looked at (`MOST_CANDIDATES`).
 pub const MOST_CANDIDATES: u32 = 4096;
 /// Candidates in a row of their texture (`CANDIDATE_ROW`).
@@ -49,6 +55,8 @@ const SCORE_PARTS: u32 = 16;
 const SCORED_TOGETHER: u32 = 8;
 /// Beams that one invocation of the survey takes in turn (`EACH` of `glass/survey_plane`).
 const BEAMS_EACH: u32 = 8;
+/// Beams for which there is one invocation of `glass/images`, which takes as many in turn as there are.
+const PASSED_EACH: u32 = 64;
 /// Points that one invocation takes in turn, where all are listed: on software drivers an invocation costs more to begin than
 /// most of these passes do with a point.
 const POINTS_EACH: u32 = 16;
@@ -215,6 +223,12 @@ impl Glass {
             plan.step(SURVEY, Invocations::line(size.div_ceil(BEAMS_EACH)), &[])?;
             plan.step(ACCEPT, Invocations::line(1), &[("candidates", list), ("left", left)])?;
         }
+        if config.glass_mirrors {
+            plan.step(WALLS, Invocations::line(1), &[])?;
+            plan.step(OPENINGS, Invocations::line(size.div_ceil(BEAMS_EACH)), &[])?;
+            plan.step(IMAGES, Invocations::line(size.div_ceil(PASSED_EACH)), &[])?;
+            plan.step(MIRRORS, Invocations::line(1), &[])?;
+        }
         plan.step(REMEMBER, Invocations::line(1), &[])?;
         plan.step(MIRROR, Invocations::line(capacity.div_ceil(POINTS_EACH)), &[])?;
         plan.step(LABEL, Invocations::line(capacity.div_ceil(POINTS_EACH)), &[])?;
@@ -249,8 +263,11 @@ impl Glass {
             ("scores", 4 * u64::from(MOST_HYPOTHESES)),
             ("found", 48),
             ("survey", 4 * SURVEY_WORDS),
-            ("scan_panes", pane * u64::from(SCAN_PANES)),
-            ("scan_ends", ENDS_BYTES * u64::from(SCAN_PANES)),
+            ("scan_panes", pane * u64::from(SCAN_PANES + SCAN_MIRRORS)),
+            ("scan_ends", ENDS_BYTES * u64::from(SCAN_PANES + SCAN_MIRRORS)),
+            ("scan_walls", 48 * u64::from(SCAN_WALLS)),
+            ("passed_beams", 4 + 8 * size),
+            ("wall_strips", 4 * WALL_WORDS * u64::from(SCAN_WALLS)),
         ] {
             plan.scratch(name, bytes)?;
         }

@@ -10,6 +10,7 @@ const POINT: &str = include_str!("../../../shaders/lib/glass/points.wgsl");
 const COUNTERS: &str = include_str!("../../../shaders/lib/glass/counters.wgsl");
 const RETURNS: &str = include_str!("../../../shaders/lib/glass/returns.wgsl");
 const FOUND: &str = include_str!("../../../shaders/lib/glass/found.wgsl");
+const HASH: &str = include_str!("../../../shaders/lib/hash.wgsl");
 const HYPOTHESIS: &str = include_str!("../../../shaders/lib/glass/hypothesis.wgsl");
 const LINES: &str = include_str!("../../../shaders/lib/glass/lines.wgsl");
 const PANE: &str = include_str!("../../../shaders/lib/glass/pane.wgsl");
@@ -19,6 +20,7 @@ const ROW_TEXELS: &str = include_str!("../../../shaders/lib/glass/row_texels.wgs
 const PANE_TEXELS: &str = include_str!("../../../shaders/lib/glass/pane_texels.wgsl");
 const PLACED: &str = include_str!("../../../shaders/lib/glass/placed.wgsl");
 const MEASURED: &str = include_str!("../../../shaders/lib/glass/measured.wgsl");
+const WALL_STRIPS: &str = include_str!("../../../shaders/lib/glass/walls.wgsl");
 const CLASS: &str = include_str!("../../../shaders/lib/glass/class.wgsl");
 const PREFIX: &str = include_str!("../../../shaders/lib/glass/prefix.wgsl");
 
@@ -72,6 +74,7 @@ pub const SCORE: ShaderSource = ShaderSource {
         CANDIDATE_AT,
         PANE,
         FOUND,
+        HASH,
         HYPOTHESIS,
         include_str!("../../../shaders/glass/score.wgsl"),
     ],
@@ -85,6 +88,7 @@ pub const FIT: ShaderSource = ShaderSource {
         CANDIDATE_AT,
         PANE,
         FOUND,
+        HASH,
         HYPOTHESIS,
         include_str!("../../../shaders/glass/fit.wgsl"),
     ],
@@ -108,6 +112,44 @@ pub const ACCEPT: ShaderSource = ShaderSource {
         LINES,
         include_str!("../../../shaders/glass/accept.wgsl"),
     ],
+};
+/// Upright planes with many returns.
+pub const WALLS: ShaderSource = ShaderSource {
+    name: "glass/walls",
+    parts: &[
+        GRID,
+        POINTS,
+        POINT,
+        HASH,
+        PANE,
+        FOUND,
+        WALL_STRIPS,
+        include_str!("../../../shaders/glass/walls.wgsl"),
+    ],
+};
+/// Beams that go on behind them.
+pub const OPENINGS: ShaderSource = ShaderSource {
+    name: "glass/openings",
+    parts: &[GRID, POINTS, POINT, RETURNS, WALL_STRIPS, include_str!("../../../shaders/glass/openings.wgsl")],
+};
+/// Images among what these show.
+pub const IMAGES: ShaderSource = ShaderSource {
+    name: "glass/images",
+    parts: &[
+        GRID,
+        POINTS,
+        POINT,
+        RETURNS,
+        ROW_TEXELS,
+        MEASURED,
+        WALL_STRIPS,
+        include_str!("../../../shaders/glass/images.wgsl"),
+    ],
+};
+/// Mirrors on them.
+pub const MIRRORS: ShaderSource = ShaderSource {
+    name: "glass/mirrors",
+    parts: &[GRID, COUNTERS, PANE, FOUND, WALL_STRIPS, include_str!("../../../shaders/glass/mirrors.wgsl")],
 };
 /// Panes over time.
 pub const REMEMBER: ShaderSource = ShaderSource {
@@ -180,7 +222,7 @@ pub const CLEAN: ShaderSource = ShaderSource {
 };
 
 /// All passes of [`super::Glass`].
-pub const LABELLING: [ShaderSource; 14] = [
+pub const LABELLING: [ShaderSource; 18] = [
     CLEAR,
     ORGANIZE,
     PEAK,
@@ -190,6 +232,10 @@ pub const LABELLING: [ShaderSource; 14] = [
     FIT,
     SURVEY,
     ACCEPT,
+    WALLS,
+    OPENINGS,
+    IMAGES,
+    MIRRORS,
     REMEMBER,
     MIRROR,
     LABEL,
