@@ -45,8 +45,9 @@ fn look_behind(place: u32, wall: u32) {
         }
         let refuted = shown.beyond && !shown.matches;
         count_in(at, IMAGES, shown.matches);
-        count_in(at, PROOFS, proves);
+        count_in(at, MISSING, shown.known && !shown.matches);
         count_in(at, REFUTED, refuted);
+        count_in(at, PROOFS, proves);
         if !refuted {
             let v = dot(met, cross(plane.xyz, level));
             let v_mm = u32(clamp(1000.0 * v + V_ZERO_MM, 0.0, 2.0 * V_ZERO_MM));

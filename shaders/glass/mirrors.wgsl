@@ -10,12 +10,12 @@ const LANES = 64u;
 // Beams that go on in a strip of an opening, and strips with fewer that do not part it.
 const LEAST_IN_STRIP = 4u;
 const MOST_GAP = 2u;
-// Beams that go on in an opening.
+// Beams that go on in an opening; of them the share with two returns.
 const LEAST_GO_ON = 80.0;
-// Of them: surfaces at mirrored places; places that the sensor sees through; two returns.
+const MOST_TWICE = 0.2;
+// Of the mirrored places that the scan shows something of: surfaces, and those that the sensor sees through.
 const LEAST_IMAGES = 0.6;
 const MOST_REFUTED = 0.03;
-const MOST_TWICE = 0.2;
 // Proofs, and for each place that the sensor sees through and each that has no surface so many more.
 const LEAST_PROOFS = 8.0;
 const PROOFS_FOR_REFUTED = 2.0;
@@ -49,10 +49,11 @@ fn summed(wall: u32, from_strip: u32, end: u32, what: u32) -> u32 {
 fn is_mirror_between(wall: u32, first: u32, end: u32) -> bool {
     let all = f32(summed(wall, first, end, GO_ON));
     let images = f32(summed(wall, first, end, IMAGES));
+    let missing = f32(summed(wall, first, end, MISSING));
     let refuted = f32(summed(wall, first, end, REFUTED));
-    let needed = LEAST_PROOFS + PROOFS_FOR_REFUTED * refuted + PROOFS_FOR_MISSING * (all - images);
-    return all >= LEAST_GO_ON && images >= LEAST_IMAGES * all && refuted <= MOST_REFUTED * all
-        && f32(summed(wall, first, end, PROOFS)) >= needed
+    let needed = LEAST_PROOFS + PROOFS_FOR_REFUTED * refuted + PROOFS_FOR_MISSING * missing;
+    return all >= LEAST_GO_ON && f32(summed(wall, first, end, PROOFS)) >= needed
+        && images >= LEAST_IMAGES * (images + missing) && refuted <= MOST_REFUTED * (images + missing)
         && f32(summed(wall, first, end, TWICE)) <= MOST_TWICE * all
         && f32(summed(wall, first + 1u, max(end, 1u) - 1u, GLAZED)) <= MOST_GLAZED * all;
 }

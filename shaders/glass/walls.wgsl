@@ -85,7 +85,7 @@ fn drawn(number: u32) -> vec3<f32> {
 }
 
 fn is_near(wall_line: vec3<f32>, at: vec2<f32>) -> bool {
-    return abs(dot(wall_line.xy, at) - wall_line.z) < glass_params.fit_tolerance_m;
+    return wall_line.z > 0.0 && abs(dot(wall_line.xy, at) - wall_line.z) < glass_params.fit_tolerance_m;
 }
 
 // Counts the returns of this lane near each hypothesis.

@@ -6,6 +6,7 @@ mod floor;
 mod labels;
 mod memory;
 mod metrics;
+mod mirrors;
 mod pipeline;
 mod real;
 

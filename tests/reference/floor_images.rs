@@ -39,22 +39,34 @@ impl<'a> Cells<'a> {
         self.centimetres[self.number(column, row)].map(|range| f64::from(range) / 100.0)
     }
 
-    /// Whether the scan looks past a place: all around it that is measured lies farther, and enough is.
-    fn looks_past(&self, at: DVec3) -> bool {
+    /// Whether a surface lies at a place, ranges that differ by less than `near_m` being the same, and whether the scan looks past it:
+    /// all around it that is measured lies farther, and enough is; and whether anything is measured there.
+    pub(crate) fn shown(&self, at: DVec3, near_m: f64) -> [bool; 3] {
         let share = at.z.atan2(at.truncate().length()) / PI + 0.5;
         let bin = (share * 2048.0).clamp(0.0, 2047.0) as usize;
         let row = self.grid.elevation_rows[bin];
         if row >= self.grid.rows {
-            return false;
+            return [false; 3];
         }
-        let near = self.config.glass_match_m + self.config.glass_match_per_m * at.length();
         let (column, rows) = (self.column(at), row.saturating_sub(1)..(row + 2).min(self.grid.rows));
         let columns = self.grid.columns as usize;
         let around =
             (0..3).flat_map(|k| rows.clone().map(move |row| (column + columns - 1 + k, row as usize)));
         let measured: Vec<f64> = around.filter_map(|(column, row)| self.range_m(column, row)).collect();
         let here = self.range_m(column, row as usize).is_some();
-        here && measured.len() >= 4 && measured.iter().all(|range_m| *range_m > at.length() + near)
+        let matches = measured.iter().any(|range_m| (range_m - at.length()).abs() < near_m);
+        let beyond =
+            here && measured.len() >= 4 && measured.iter().all(|range_m| *range_m > at.length() + near_m);
+        [matches, beyond, !measured.is_empty()]
+    }
+
+    /// How much ranges may differ at a place and be the same.
+    pub(crate) fn tolerance_m(&self, at: DVec3) -> f64 {
+        self.config.glass_match_m + self.config.glass_match_per_m * at.length()
+    }
+
+    fn looks_past(&self, at: DVec3) -> bool {
+        self.shown(at, self.tolerance_m(at))[1]
     }
 
     /// Whether a point is an image in a floor that lies level `eye_m` below the lidar.

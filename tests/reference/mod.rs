@@ -17,6 +17,7 @@ pub(crate) mod ingest;
 pub(crate) mod intensity_classes;
 pub(crate) mod intensity_layers;
 pub(crate) mod map_reliability;
+pub(crate) mod mirrors;
 pub(crate) mod move_window;
 pub(crate) mod network;
 pub(crate) mod pane_cells;

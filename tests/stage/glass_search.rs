@@ -26,7 +26,7 @@ pub(super) struct Found {
     pub(super) candidates: u32,
     pub(super) panes: u32,
     pub(super) inliers: u32,
-    pub(super) pad: u32,
+    pub(super) mirrors: u32,
     pub(super) plane: Vec4,
     pub(super) level: Vec4,
 }

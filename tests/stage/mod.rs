@@ -9,6 +9,7 @@ mod drops;
 mod evidence;
 mod glass;
 mod glass_labels;
+mod glass_mirrors;
 mod glass_panes;
 mod glass_search;
 mod goal_costs;

@@ -8,6 +8,7 @@ pub(crate) mod compare;
 pub(crate) mod drive;
 pub(crate) mod glass_room;
 pub(crate) mod gpu;
+pub(crate) mod mirror_hall;
 pub(crate) mod random;
 pub(crate) mod room;
 pub(crate) mod run;

@@ -7,6 +7,7 @@ const LEAST_MEASURED = 4u;
 struct Shown {
     matches: bool,      // a surface lies there
     beyond: bool,       // the sensor sees through that place
+    known: bool,        // something is measured along the ray or beside it
 }
 
 fn tolerance(range_m: f32) -> f32 {
@@ -43,7 +44,7 @@ fn shown_at(image: vec3<f32>, near: f32) -> Shown {
     let range_m = length(image);
     let row = row_of_bin(elevation_bin(image));
     if row >= glass_params.rows {
-        return Shown(false, false);
+        return Shown(false, false, false);
     }
     let column = column_of(image, glass_params.columns);
     var around = cells_around(column, row, 1u, 1u);
@@ -62,5 +63,5 @@ fn shown_at(image: vec3<f32>, near: f32) -> Shown {
         }
         around.column = next_column(around.column);
     }
-    return Shown(matches, passes && count >= LEAST_MEASURED);
+    return Shown(matches, passes && count >= LEAST_MEASURED, count > 0u);
 }

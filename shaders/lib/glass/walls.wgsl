@@ -19,15 +19,16 @@ const STRIPS = 256u;
 const STRIP_M = 0.125;
 
 // Words of a strip (STRIP_WORDS).
-const STRIP_WORDS = 8u;
+const STRIP_WORDS = 9u;
 const GO_ON = 0u;       // beams that end behind the wall
-const IMAGES = 1u;      // of them those with a surface at the mirrored place
-const PROOFS = 2u;      // of these those with none where a wall before or behind this one would mirror them, and by one return
-const REFUTED = 3u;     // of those that end behind it those whose mirrored place the sensor sees through
-const TWICE = 4u;       // of those that end behind it those with two returns
-const GLAZED = 5u;      // beams that end on the wall and have a second return behind it
-const LOWEST = 6u;      // least and largest v of beams that go on and are not refuted, millimetres above -V_ZERO_MM; NONE and 0: none is
-const HIGHEST = 7u;
+const TWICE = 1u;       // of them those with two returns
+const GLAZED = 2u;      // beams that end on the wall and have a second return behind it
+const IMAGES = 3u;      // of those that go on those with a surface at the mirrored place
+const MISSING = 4u;     // those without, where the scan shows something else
+const REFUTED = 5u;     // of these those whose mirrored place the sensor sees through
+const PROOFS = 6u;      // images by one return that would not be there if the wall stood before or behind where it stands
+const LOWEST = 7u;      // least and largest v of beams that go on and are not refuted, millimetres above -V_ZERO_MM; NONE and 0: none is
+const HIGHEST = 8u;
 const V_ZERO_MM = 64000.0;
 
 fn strip_at(wall: u32, strip: u32) -> u32 {

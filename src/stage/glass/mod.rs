@@ -36,7 +36,7 @@ pub const SCAN_MIRRORS: u32 = 2;
 /// Walls on which mirrors are searched for in one scan (`WALLS`).
 pub const SCAN_WALLS: u32 = 4;
 /// Words of what is counted behind one (`STRIPS` times `STRIP_WORDS`).
-const WALL_WORDS: u64 = 256 * 8;
+const WALL_WORDS: u64 = 256 * 9;
 /// Candidates that are looked at (`MOST_CANDIDATES`).
 pub const MOST_CANDIDATES: u32 = 4096;
 /// Candidates in a row of their texture (`CANDIDATE_ROW`).
@@ -224,6 +224,9 @@ impl Glass {
             plan.step(ACCEPT, Invocations::line(1), &[("candidates", list), ("left", left)])?;
         }
         if config.glass_mirrors {
+            plan.scratch("scan_walls", 48 * u64::from(SCAN_WALLS))?;
+            plan.scratch("wall_strips", 4 * WALL_WORDS * u64::from(SCAN_WALLS))?;
+            plan.scratch("passed_beams", 4 + 8 * u64::from(size))?;
             plan.step(WALLS, Invocations::line(1), &[])?;
             plan.step(OPENINGS, Invocations::line(size.div_ceil(BEAMS_EACH)), &[])?;
             plan.step(IMAGES, Invocations::line(size.div_ceil(PASSED_EACH)), &[])?;
@@ -265,9 +268,6 @@ impl Glass {
             ("survey", 4 * SURVEY_WORDS),
             ("scan_panes", pane * u64::from(SCAN_PANES + SCAN_MIRRORS)),
             ("scan_ends", ENDS_BYTES * u64::from(SCAN_PANES + SCAN_MIRRORS)),
-            ("scan_walls", 48 * u64::from(SCAN_WALLS)),
-            ("passed_beams", 4 + 8 * size),
-            ("wall_strips", 4 * WALL_WORDS * u64::from(SCAN_WALLS)),
         ] {
             plan.scratch(name, bytes)?;
         }
