@@ -1,4 +1,5 @@
 // Takes the widest opening of each wall behind which lies what the room before it would be in a mirror, and nothing else. spec 6 §4.
+@group(0) @binding(0) var<uniform> glass_params: GlassParams;
 @group(0) @binding(1) var<storage, read> scan_walls: Walls;
 @group(0) @binding(2) var<storage, read> wall_strips: array<u32>;
 @group(0) @binding(3) var<storage, read_write> found: Found;
@@ -10,8 +11,8 @@ const LANES = 64u;
 // Beams that go on in a strip of an opening, and strips with fewer that do not part it.
 const LEAST_IN_STRIP = 4u;
 const MOST_GAP = 2u;
-// Beams that go on in an opening; of them the share with two returns.
-const LEAST_GO_ON = 80.0;
+// Beams that go on in an opening, times those that a pane needs; of them the share with two returns.
+const MORE_GO_ON = 4u;
 const MOST_TWICE = 0.2;
 // Of the mirrored places that the scan shows something of: surfaces, and those that the sensor sees through.
 const LEAST_IMAGES = 0.6;
@@ -52,7 +53,7 @@ fn is_mirror_between(wall: u32, first: u32, end: u32) -> bool {
     let missing = f32(summed(wall, first, end, MISSING));
     let refuted = f32(summed(wall, first, end, REFUTED));
     let needed = LEAST_PROOFS + PROOFS_FOR_REFUTED * refuted + PROOFS_FOR_MISSING * missing;
-    return all >= LEAST_GO_ON && f32(summed(wall, first, end, PROOFS)) >= needed
+    return all >= f32(MORE_GO_ON * glass_params.min_behind) && f32(summed(wall, first, end, PROOFS)) >= needed
         && images >= LEAST_IMAGES * (images + missing) && refuted <= MOST_REFUTED * (images + missing)
         && f32(summed(wall, first, end, TWICE)) <= MOST_TWICE * all
         && f32(summed(wall, first + 1u, max(end, 1u) - 1u, GLAZED)) <= MOST_GLAZED * all;

@@ -38,7 +38,7 @@ struct PaneRecord {
 }
 
 /// The panes as YAML, with coordinates x from `origin_m` in the map: the plane `normal . x = distance_m`, and the least and
-/// largest values of u = `level_axis . x` and of v = (`normal` x `level_axis`) . x.
+/// largest values of u = `level_axis . x` and of v = (`normal` x `level_axis`) . x. Of a mirror `bright_above` is below 0.
 pub fn panes_to_yaml(set: &PaneSet) -> String {
     let list =
         |values: &[f32]| values.iter().map(|value| format!("{value:?}")).collect::<Vec<_>>().join(", ");

@@ -12,7 +12,7 @@ use limpid::stage::glass::{
 };
 use limpid::stage::lidar::intensity_layers::POINT_ROW;
 
-use super::glass_search::{Found, params};
+use super::glass_search::{Found, params, usual};
 use crate::reference::floor_images::Cells;
 use crate::reference::glass::organize;
 use crate::reference::mirrors::{Counts, Wall};
@@ -221,6 +221,7 @@ fn mirrors(strips: &[u32], dual: u32) -> Outputs {
     let mut counters = [0_u32; 16];
     counters[2] = dual;
     Fragment::new()
+        .params("glass_params", &usual())
         .input("scan_walls", &walls)
         .input("wall_strips", strips)
         .changed("found", &[Found { panes: 2, ..Found::default() }])

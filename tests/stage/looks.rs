@@ -78,12 +78,15 @@ fn truth(view: &View, cell: usize, heights_m: [f64; 2]) -> f64 {
     if in_range { share_through(frame, at, config.resolution_m, heights_m).unwrap_or(0.0) } else { 0.0 }
 }
 
-/// Cells whose share differs from the truth by more than [`SHARE`], and those whose share is above 0.
+/// Of every third cell those whose share differs from the truth by more than [`SHARE`], and those whose share is above 0: the truth of a
+/// cell takes a processor longer than all shares take the pass.
 fn compare(view: &View, cells: &[Cell], heights_m: impl Fn(&Cell) -> [f64; 2]) -> (usize, usize) {
     let got = shares(view, cells);
-    let want: Vec<f64> = (0..cells.len()).map(|cell| truth(view, cell, heights_m(&cells[cell]))).collect();
-    let differ = got.iter().zip(&want).filter(|(got, want)| (**got - **want).abs() > SHARE).count();
-    (differ, want.iter().filter(|share| **share > 0.0).count())
+    let looked_at = (0..cells.len()).step_by(3);
+    let both = looked_at.map(|cell| (got[cell], truth(view, cell, heights_m(&cells[cell]))));
+    both.fold((0, 0), |(differ, some), (got, want)| {
+        (differ + usize::from((got - want).abs() > SHARE), some + usize::from(want > 0.0))
+    })
 }
 
 #[test]
@@ -106,7 +109,7 @@ fn truth_of_a_walk_up_every_vertical() {
             (differ, seen) = (differ + wrong, seen + some);
         }
     }
-    assert!(seen > 3000, "{seen}");
+    assert!(seen > 1000, "{seen}");
     assert!(differ as f64 <= DISAGREEMENT * seen as f64, "{differ} of {seen}");
 }
 
@@ -118,7 +121,7 @@ fn control_the_truth_turns_red() {
     let mut view = View::of(&room(), tiny_camera(), 0.0, 0.6, 0.2);
     let cells = vec![Cell::default(); view.side() * view.side()];
     let (differ, _) = compare(&view, &cells, |_| [0.1, 0.3]);
-    assert!(differ > 300, "other heights show: {differ}");
+    assert!(differ > 100, "other heights show: {differ}");
     let want = shares(&view, &cells);
     view.depth_m.iter_mut().for_each(|depth| *depth *= 0.8);
     let differ = shares(&view, &cells).iter().zip(&want).filter(|(a, b)| (**a - **b).abs() > SHARE).count();

@@ -33,6 +33,8 @@ const FIELDS: [(&str, u8, u32); 8] = [
 /// Thickness of a pane as it is shown, metres.
 const SHOWN_THICKNESS_M: f64 = 0.02;
 const SHOWN_COLOR: Color = Color { r: 0.2, g: 0.8, b: 0.9, a: 0.4 };
+/// And of mirrors.
+const MIRROR_COLOR: Color = Color { r: 0.8, g: 0.8, b: 0.9, a: 0.8 };
 
 const POINTS: &str = "glass/points";
 const CLEANED: &str = "glass/cleaned";
@@ -104,7 +106,8 @@ fn pane_markers(header: &Header, panes: &[Pane]) -> MarkerArray {
         let [u0, u1, v0, v1] = pane.extent_m.to_array().map(f64::from);
         let size = DVec3::new(SHOWN_THICKNESS_M, u1 - u0, v1 - v0);
         let id = i32::try_from(pane.id).unwrap_or(i32::MAX);
-        markers.push(Marker::cube(header.clone(), NAMESPACE, id, pose, size.into(), SHOWN_COLOR));
+        let color = if pane.is_mirror() { MIRROR_COLOR } else { SHOWN_COLOR };
+        markers.push(Marker::cube(header.clone(), NAMESPACE, id, pose, size.into(), color));
     }
     MarkerArray { markers }
 }
