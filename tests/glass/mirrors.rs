@@ -38,7 +38,7 @@ fn truth_a_mirror_is_found_with_its_ends_and_all_behind_it_is_a_reflection() {
     assert!(all > 2500 && reflections * 100 > all * 98, "{reflections} of {all}");
     let [wrong, before] = count(&labelled, &behind, false, PointClass::Reflection);
     assert!(wrong < 20, "{wrong} of {before}");
-    // Mirrored back they lie on the hall's surfaces: within it, and not in the free air.
+    // Mirrored back they lie in the hall.
     let back =
         scan.points.iter().zip(&labelled.classes).filter(|(_, (class, _))| *class == PointClass::Reflection);
     let inside = back.map(|(point, _)| mirror.mirrored_m(DVec3::from(point.position_m().map(f64::from))));

@@ -15,20 +15,24 @@ use crate::support::gpu::{Fragment, skipped};
 const EMPTY: u32 = u32::MAX;
 const INDEX_BITS: u32 = 18;
 
-/// Words of the cells, as column, row, slot; and of each point where it lies and the number of its cell, from 1.
-fn cells(scan: &Scan, grid: &BeamGrid) -> (Vec<u32>, Vec<[f32; 4]>) {
-    let glass = Glass { grid: grid.clone(), load: limpid::map::PaneSet::default() };
-    let points = u32::try_from(scan.points.len()).unwrap();
-    let moment = GlassMoment { points, local_from_lidar: Rigid::IDENTITY, load: None };
-    let words: Vec<[u32; 8]> = scan
-        .points
+/// The points as the passes get them.
+pub(super) fn uploaded(scan: &Scan) -> Vec<[u32; 8]> {
+    scan.points
         .iter()
         .map(|p| {
             let ring = u32::from(p.ring) | (u32::from(p.column) << 16);
             let bits = [p.x_m, p.y_m, p.z_m, p.intensity, p.time_s].map(f32::to_bits);
             [bits[0], bits[1], bits[2], bits[3], bits[4], ring, p.return_type as u32, p.label]
         })
-        .collect();
+        .collect()
+}
+
+/// Words of the cells, as column, row, slot; and of each point where it lies and the number of its cell, from 1.
+fn cells(scan: &Scan, grid: &BeamGrid) -> (Vec<u32>, Vec<[f32; 4]>) {
+    let glass = Glass { grid: grid.clone(), load: limpid::map::PaneSet::default() };
+    let points = u32::try_from(scan.points.len()).unwrap();
+    let moment = GlassMoment { points, local_from_lidar: Rigid::IDENTITY, load: None };
+    let words = uploaded(scan);
     let rows = row_texels(grid);
     let out = Fragment::new()
         .params("glass_params", &glass.params(&Config::default(), &moment))

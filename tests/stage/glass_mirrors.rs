@@ -12,6 +12,7 @@ use limpid::stage::glass::{
 };
 use limpid::stage::lidar::intensity_layers::POINT_ROW;
 
+use super::glass::uploaded;
 use super::glass_search::{Found, params, usual};
 use crate::reference::floor_images::Cells;
 use crate::reference::glass::organize;
@@ -53,18 +54,8 @@ impl Given {
     }
 
     fn fragment(&self) -> Fragment {
-        let words: Vec<[u32; 8]> = self
-            .scan
-            .points
-            .iter()
-            .map(|p| {
-                let ring = u32::from(p.ring) | (u32::from(p.column) << 16);
-                let bits = [p.x_m, p.y_m, p.z_m, p.intensity, p.time_s].map(f32::to_bits);
-                [bits[0], bits[1], bits[2], bits[3], bits[4], ring, p.return_type as u32, p.label]
-            })
-            .collect();
-        let height = (2 * words.len() as u32).div_ceil(POINT_ROW);
-        let mut padded = words;
+        let mut padded = uploaded(&self.scan);
+        let height = (2 * padded.len() as u32).div_ceil(POINT_ROW);
         padded.resize((height * POINT_ROW) as usize / 2, [0; 8]);
         Fragment::new()
             .params("glass_params", &self.params)
